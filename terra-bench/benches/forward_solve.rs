@@ -1,0 +1,54 @@
+//! Wong-Reece forces and their exact derivatives over soils x slips x loads.
+#![allow(missing_docs)] // the macros of criterion make items of their own
+#![allow(clippy::unwrap_used)] // a wrong answer ends the bench
+
+use std::hint::black_box;
+
+use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use terra_bench::wheel::{BRAKING, Case, DRIVING, cases};
+
+fn all_forces(cases: &[Case]) {
+    for case in cases {
+        black_box(black_box(case).forces().unwrap());
+    }
+}
+
+fn all_jacobians(cases: &[Case]) {
+    for case in cases {
+        black_box(black_box(case).jacobian().unwrap());
+    }
+}
+
+/// A figure is the time of all rows; the throughput counts solves.
+fn forward_solve(c: &mut Criterion) {
+    let mut group = c.benchmark_group("forward_solve");
+    for (name, rows) in [("driving", DRIVING), ("braking", BRAKING)] {
+        let cases = cases(rows).unwrap();
+        for case in &cases {
+            case.check_forces(&case.forces().unwrap()).unwrap();
+            let (forces, jacobian) = case.jacobian().unwrap();
+            case.check_jacobian(&forces, &jacobian).unwrap();
+        }
+        group.throughput(Throughput::Elements(cases.len() as u64));
+        group.bench_function(format!("forces/{name}"), |b| b.iter(|| all_forces(&cases)));
+        group.bench_function(format!("jacobian/{name}"), |b| {
+            b.iter(|| all_jacobians(&cases))
+        });
+    }
+    group.finish();
+}
+
+/// The spread over soils, slips and loads, one figure each.
+fn by_contact(c: &mut Criterion) {
+    let mut group = c.benchmark_group("forward_solve/by_contact");
+    for case in cases(DRIVING).unwrap() {
+        case.check_forces(&case.forces().unwrap()).unwrap();
+        group.bench_function(case.label(), |b| {
+            b.iter(|| black_box(&case).forces().unwrap())
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, forward_solve, by_contact);
+criterion_main!(benches);

@@ -1,0 +1,88 @@
+//! Runs one kernel a given number of times, to be counted from outside: `count KERNEL REPETITIONS`.
+//!
+//! Prints the number of operations done. Set-up and checks do not depend on the repetitions, so the difference of two
+//! runs is the kernel alone; `cargo xtask bench` forms it.
+// The number of operations is the output of this program.
+#![allow(clippy::print_stdout)]
+
+use std::error::Error;
+use std::hint::black_box;
+
+use terra_bench::filter::{Log, SAMPLES, check_belief};
+use terra_bench::hypotheses::{Hypotheses, check_one_step};
+use terra_bench::wheel::{BRAKING, DRIVING, Row, cases};
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let [kernel, repetitions] = arguments.as_slice() else {
+        return Err("usage: count KERNEL REPETITIONS".into());
+    };
+    let repetitions: usize = repetitions.parse()?;
+    let operations = match kernel.split_once(':') {
+        Some(("hypothesis-update", n)) => hypothesis_update(n.parse()?, repetitions)?,
+        _ => match kernel.as_str() {
+            "forward-solve" => forward_solve(DRIVING, repetitions)?,
+            "forward-solve-braking" => forward_solve(BRAKING, repetitions)?,
+            "jacobian" => jacobian(repetitions)?,
+            "filter-block" => filter_step("block", false, repetitions)?,
+            "filter-block-robust" => filter_step("block", true, repetitions)?,
+            "filter-kf" => filter_step("kf", false, repetitions)?,
+            "filter-ekf" => filter_step("ekf", false, repetitions)?,
+            _ => return Err(format!("no kernel '{kernel}'").into()),
+        },
+    };
+    println!("{operations}");
+    Ok(())
+}
+
+fn forward_solve(rows: &[Row], repetitions: usize) -> Result<usize, Box<dyn Error>> {
+    let cases = cases(rows)?;
+    for case in &cases {
+        case.check_forces(&case.forces()?)?;
+    }
+    for _ in 0..repetitions {
+        for case in &cases {
+            black_box(black_box(case).forces()?);
+        }
+    }
+    Ok(repetitions * cases.len())
+}
+
+fn jacobian(repetitions: usize) -> Result<usize, Box<dyn Error>> {
+    let cases = cases(DRIVING)?;
+    for case in &cases {
+        let (forces, jacobian) = case.jacobian()?;
+        case.check_jacobian(&forces, &jacobian)?;
+    }
+    for _ in 0..repetitions {
+        for case in &cases {
+            black_box(black_box(case).jacobian()?);
+        }
+    }
+    Ok(repetitions * cases.len())
+}
+
+fn filter_step(name: &str, robust: bool, repetitions: usize) -> Result<usize, Box<dyn Error>> {
+    let log = Log::new()?;
+    let mut plain = log.filter(name, false)?;
+    for k in 0..SAMPLES {
+        log.step(&mut *plain, k)?;
+    }
+    check_belief(name, plain.belief(), &log.reference(SAMPLES)?)?;
+    let mut filter = log.filter(name, robust)?;
+    for k in 0..repetitions {
+        log.step(black_box(&mut *filter), k)?;
+    }
+    black_box(filter.belief());
+    Ok(repetitions)
+}
+
+fn hypothesis_update(n: usize, repetitions: usize) -> Result<usize, Box<dyn Error>> {
+    check_one_step(n)?;
+    let mut hypotheses = Hypotheses::new(n);
+    for _ in 0..repetitions {
+        black_box(black_box(&mut hypotheses).step()?);
+    }
+    hypotheses.check()?;
+    Ok(repetitions)
+}

@@ -1,0 +1,246 @@
+//! The command line.
+
+use std::path::PathBuf;
+
+use clap::{ArgAction, Parser, Subcommand, ValueEnum};
+
+/// What forces does the ground give each wheel, what soil is it, and which unmodelled effect makes the simulator differ
+/// from reality?
+#[derive(Debug, Parser)]
+#[command(
+    name = "terra",
+    version,
+    arg_required_else_help = true,
+    max_term_width = 100
+)]
+pub(crate) struct Args {
+    #[command(subcommand)]
+    pub(crate) command: Command,
+    /// No progress display.
+    #[arg(long, global = true, action = ArgAction::SetTrue)]
+    pub(crate) quiet: bool,
+    /// Threads to use (default: all cores). The result does not depend on it.
+    #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub(crate) threads: Option<u16>,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// The main job end to end: identify a soil from a simulated drive, then diagnose a measured gap.
+    ///
+    /// Needs no input. Writes report.html, verdict.json and identify.json.
+    Demo {
+        /// Folder for the results.
+        #[arg(long, default_value = "terra-demo")]
+        out: PathBuf,
+    },
+    /// Terrain models: what they are, their parameters and sources.
+    Models {
+        /// As JSON.
+        #[arg(long)]
+        json: bool,
+    },
+    /// Unmodelled effects that a diagnosis can name: equation, where each shows, what isolates it.
+    Effects {
+        /// As JSON.
+        #[arg(long)]
+        json: bool,
+    },
+    /// Soils of the literature, with source and how far to trust each.
+    Terrains {
+        /// As JSON.
+        #[arg(long)]
+        json: bool,
+    },
+    /// Filters that estimate wheel forces.
+    Filters {
+        /// As JSON.
+        #[arg(long)]
+        json: bool,
+    },
+    /// Estimators that weigh soils.
+    Estimators {
+        /// As JSON.
+        #[arg(long)]
+        json: bool,
+    },
+    /// Force-slip curve of one wheel on a known soil.
+    ///
+    /// Example: terra wheel --terrain dry_sand --radius_m 0.254 --width_m 0.15 --load_N 245.25 --slip 0.05:0.95:0.05
+    Wheel(WheelArgs),
+    /// Makes a log with known truth from a scenario file.
+    Simulate {
+        /// Scenario (TOML).
+        scenario: PathBuf,
+        /// Log to write (CSV).
+        #[arg(long)]
+        out: PathBuf,
+        /// Also write the noise-free truth (CSV).
+        #[arg(long)]
+        truth: Option<PathBuf>,
+        /// Replaces the scenario's seed.
+        #[arg(long, allow_negative_numbers = true)]
+        seed: Option<u64>,
+    },
+    /// What forces does the ground give each wheel? No soil model needed.
+    Estimate {
+        /// Drive log (CSV).
+        log: PathBuf,
+        /// The vehicle (TOML).
+        #[arg(long)]
+        rover: PathBuf,
+        /// Filter: see `terra filters`.
+        #[arg(long, default_value = "block")]
+        filter: String,
+        /// Use the whole log for every instant (Rauch-Tung-Striebel).
+        #[arg(long)]
+        smooth: bool,
+        /// File to write (CSV; standard output when absent).
+        #[arg(long)]
+        out: Option<PathBuf>,
+    },
+    /// What soil is it? Posterior over hypotheses, refined parameters, and what this log cannot tell.
+    Identify(IdentifyArgs),
+    /// Where does my simulator differ from reality, what causes it, how far does the gap shrink?
+    Gap(GapArgs),
+    /// How often the answer is right, on many runs with known truth.
+    #[command(subcommand)]
+    Campaign(Campaign),
+    /// Shell completions.
+    Completions {
+        /// Shell.
+        shell: clap_complete::Shell,
+    },
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Campaign {
+    /// Torque ramps of the light robot of Ray 2008, identified among the 21 classic soils.
+    Ramps {
+        /// Noise draws of each soil.
+        #[arg(long, default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+        runs: u32,
+        /// Seed of the noise.
+        #[arg(long, default_value_t = 1)]
+        seed: u64,
+        /// Soils.
+        #[arg(
+            long,
+            value_delimiter = ',',
+            default_value = "dry_sand,upland_sandy_loam,lean_clay_22"
+        )]
+        terrains: Vec<String>,
+        /// JSON to write.
+        #[arg(long, value_name = "FILE")]
+        json: Option<PathBuf>,
+    },
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct WheelArgs {
+    /// Soil: a catalogue id (`terra terrains`).
+    #[arg(long)]
+    pub(crate) terrain: String,
+    /// Wheel radius in m.
+    #[arg(
+        long = "radius_m",
+        alias = "radius-m",
+        value_name = "R",
+        allow_negative_numbers = true
+    )]
+    pub(crate) radius: f64,
+    /// Wheel width in m.
+    #[arg(
+        long = "width_m",
+        alias = "width-m",
+        value_name = "B",
+        allow_negative_numbers = true
+    )]
+    pub(crate) width: f64,
+    /// Normal load in N.
+    #[arg(
+        long = "load_N",
+        alias = "load-N",
+        alias = "load_n",
+        value_name = "W",
+        allow_negative_numbers = true
+    )]
+    pub(crate) load: f64,
+    /// Slips A:B:STEP (B included), or one slip; braking is negative, in [-1, 1].
+    #[arg(long, value_name = "A:B:STEP", allow_hyphen_values = true)]
+    pub(crate) slip: String,
+    /// Terrain model, or model+effect=magnitude+...
+    #[arg(long, default_value = "wong-reece")]
+    pub(crate) model: String,
+    /// Also the stresses along the contact at each slip (a second table).
+    #[arg(long)]
+    pub(crate) stress: bool,
+    /// File to write (standard output when absent); stresses go to FILE with .stress before its extension.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) csv: Option<PathBuf>,
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct IdentifyArgs {
+    /// Drive or rig log (CSV).
+    pub(crate) log: PathBuf,
+    /// The vehicle or rig (TOML).
+    #[arg(long)]
+    pub(crate) rover: PathBuf,
+    /// Estimator: see `terra estimators` (default: side-sum for a drive, wheel for a rig).
+    #[arg(long)]
+    pub(crate) estimator: Option<String>,
+    /// What happens to old evidence: none, floor:F, forgetting:L, or transition:FILE (rows of N numbers).
+    #[arg(long, default_value = "none")]
+    pub(crate) choice: String,
+    /// One soil under both sides.
+    #[arg(long)]
+    pub(crate) join: bool,
+    /// Keep the posterior after every sample.
+    #[arg(long)]
+    pub(crate) history: bool,
+    /// Do not refine the winner's parameters.
+    #[arg(long)]
+    pub(crate) no_refine: bool,
+    /// Filter of the forces: see `terra filters`.
+    #[arg(long, default_value = "block")]
+    pub(crate) filter: String,
+    /// JSON to write (a summary goes to standard output).
+    #[arg(long, value_name = "FILE")]
+    pub(crate) json: Option<PathBuf>,
+    /// HTML report to write.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) html: Option<PathBuf>,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum HoldOutArg {
+    Segment,
+    Trial,
+    Condition,
+    Slip,
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct GapArgs {
+    /// Drive or rig log (CSV).
+    pub(crate) log: PathBuf,
+    /// The nominal simulator: vehicle or rig, soil, noise (TOML).
+    #[arg(long)]
+    pub(crate) rover: PathBuf,
+    /// Which groups are held out to measure how far the gap shrinks.
+    #[arg(long, value_enum)]
+    pub(crate) hold_out: Option<HoldOutArg>,
+    /// Candidate effects: all, or names separated by commas.
+    #[arg(long, default_value = "all")]
+    pub(crate) effects: String,
+    /// Most effects combined (1 or 2).
+    #[arg(long, default_value_t = 2, value_parser = clap::value_parser!(u8).range(1..=2))]
+    pub(crate) combine: u8,
+    /// JSON to write.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) json: Option<PathBuf>,
+    /// HTML report to write.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) html: Option<PathBuf>,
+}

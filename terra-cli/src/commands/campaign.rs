@@ -1,0 +1,55 @@
+//! `terra campaign`: how often the answer is right, on runs with known truth.
+
+use std::path::Path;
+
+use serde_json::json;
+
+use crate::campaign::{LOOK_AT, Rate, ramps};
+use crate::error::CliError;
+use crate::output::{self, table};
+use crate::progress::Spinner;
+
+pub(crate) fn run_ramps(
+    terrains: &[String],
+    runs: usize,
+    seed: u64,
+    file: Option<&Path>,
+    quiet: bool,
+) -> Result<(), CliError> {
+    let names: Vec<&str> = terrains.iter().map(String::as_str).collect();
+    let spinner = Spinner::start(quiet, format!("{} ramps", runs * names.len()));
+    let rows = ramps(&names, runs, seed, 2.0)?;
+    drop(spinner);
+    if file.is_some() {
+        output::json(
+            file,
+            &json!({ "campaign": "ramps", "runs": runs, "seed": seed, "rows": rows }),
+        )?;
+    }
+    let cell = |r: Option<&Rate>| {
+        r.map_or("-".to_owned(), |r| {
+            format!("{:.3} [{:.3}, {:.3}]", r.value, r.lo, r.hi)
+        })
+    };
+    let mut header = vec!["soil".to_owned()];
+    header.extend(LOOK_AT.iter().map(|k| format!("right @{k}")));
+    header.extend(["at end".to_owned(), "not run".to_owned()]);
+    let body: Vec<Vec<String>> = rows
+        .iter()
+        .map(|row| {
+            let mut cells = vec![row.terrain.clone()];
+            cells.extend(LOOK_AT.iter().map(|k| {
+                cell(
+                    row.right_after
+                        .iter()
+                        .find(|(at, _)| at == k)
+                        .map(|(_, r)| r),
+                )
+            }));
+            cells.extend([cell(Some(&row.right_at_end)), row.failed.0.to_string()]);
+            cells
+        })
+        .collect();
+    let header: Vec<&str> = header.iter().map(String::as_str).collect();
+    output::stdout(&table(&header, &body))
+}

@@ -1,0 +1,123 @@
+//! `terra estimate`: wheel forces, torques and slips with 1-sigma, one row a row of the log.
+
+use std::fmt::Write;
+use std::path::Path;
+
+use terra_data::{DriveLog, LogKind, WHEELS};
+use terra_ekf::spaces::longitudinal_robot::{F, R, V};
+use terra_ekf::{Step, wheel_estimates};
+use terra_model::Vehicle;
+
+use crate::error::CliError;
+use crate::input::{LogFile, rover};
+use crate::output;
+use crate::progress::Spinner;
+use crate::robot::forces;
+
+pub(crate) fn run(
+    log: &Path,
+    rover_path: &Path,
+    filter: &str,
+    smooth: bool,
+    out: Option<&Path>,
+    quiet: bool,
+) -> Result<(), CliError> {
+    output::claim(&[out], &[log, rover_path])?;
+    let (rover, _) = rover(rover_path)?;
+    let file = LogFile::open(log)?;
+    if file.kind(&rover)? == LogKind::Rig {
+        return Err(CliError::usage(
+            format!(
+                "{}: a rig log measures the forces itself; there is nothing to estimate",
+                log.display()
+            ),
+            "use `terra identify` or `terra gap`",
+        ));
+    }
+    let drive = file.drive(&rover)?;
+    let _spinner = Spinner::start(quiet, "estimating forces");
+    let forces = forces(&drive, &rover, filter, smooth).map_err(|e| e.in_files(log, rover_path))?;
+    output::text(out, &csv(&drive, &forces.vehicle, &forces.steps)?)
+}
+
+/// The table of the contract: value and 1-sigma in pairs.
+fn csv(log: &DriveLog, vehicle: &Vehicle<f64>, steps: &[Step]) -> Result<String, CliError> {
+    let mut header = "time_s,segment,flag,nis,nis_dof".to_owned();
+    let pair = |header: &mut String, stem: &str, unit: &str| {
+        let _ = write!(header, ",{stem}{unit},{stem}_sd{unit}");
+    };
+    pair(&mut header, "ground_speed", "_m_s");
+    pair(&mut header, "yaw_rate", "_rad_s");
+    for w in WHEELS {
+        pair(&mut header, &format!("wheel_speed_{w}"), "_rad_s");
+        pair(&mut header, &format!("resistive_torque_{w}"), "_N_m");
+        pair(&mut header, &format!("slip_{w}"), "");
+        pair(&mut header, &format!("normal_load_{w}"), "_N");
+        let _ = write!(header, ",drawbar_pull_{w}_share_N");
+    }
+    for side in ["left", "right"] {
+        pair(&mut header, &format!("side_force_{side}"), "_N");
+    }
+    let columns = header.split(',').count();
+    let mut out = header;
+    out.push('\n');
+
+    let mut steps = steps.iter().peekable();
+    for row in 0..log.len() {
+        let segment = log
+            .segments
+            .iter()
+            .find(|s| s.rows.contains(&row))
+            .map_or("", |s| s.name.as_str());
+        let _ = write!(out, "{},{}", log.time[row], quoted(segment));
+        // Rows the filter could not run over stay in place, empty and flagged.
+        let Some(step) = steps.next_if(|s| s.row == row) else {
+            out.push_str(",not_observable");
+            out.extend(std::iter::repeat_n(',', columns - 3));
+            out.push('\n');
+            continue;
+        };
+        let _ = write!(out, ",{},{},{}", step.flag, number(step.nis), step.dof);
+        let belief = &step.belief;
+        let state = |k: usize| (belief.mean[k], belief.covariance[(k, k)].sqrt());
+        for k in [V, R] {
+            let (value, sd) = state(k);
+            let _ = write!(out, ",{},{}", number(value), number(sd));
+        }
+        for w in wheel_estimates(belief, vehicle)? {
+            let slip = w.slip.map_or((f64::NAN, f64::NAN), |s| (s.value, s.sd));
+            for (value, sd) in [
+                (w.wheel_speed.value, w.wheel_speed.sd),
+                (w.torque.value, w.torque.sd),
+                slip,
+                (w.normal_load.value, w.normal_load.sd),
+            ] {
+                let _ = write!(out, ",{},{}", number(value), number(sd));
+            }
+            let _ = write!(out, ",{}", number(w.drawbar_share.unwrap_or(f64::NAN)));
+        }
+        for k in F {
+            let (value, sd) = state(k);
+            let _ = write!(out, ",{},{}", number(value), number(sd));
+        }
+        out.push('\n');
+    }
+    Ok(out)
+}
+
+/// A number, or an empty cell for one that does not exist.
+fn number(x: f64) -> String {
+    if x.is_finite() {
+        x.to_string()
+    } else {
+        String::new()
+    }
+}
+
+fn quoted(text: &str) -> String {
+    if text.contains([',', '"', '\n', '\r']) {
+        format!("\"{}\"", text.replace('"', "\"\""))
+    } else {
+        text.to_owned()
+    }
+}

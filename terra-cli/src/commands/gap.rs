@@ -1,0 +1,209 @@
+//! `terra gap`.
+
+use std::path::Path;
+
+use terra_data::{LogKind, hypothesis_terrains};
+use terra_gap::{Diagnosis, HoldOut, Provenance, Settings, diagnose_drive, diagnose_rig, to_json};
+use terra_model::Registry;
+
+use crate::args::{GapArgs, HoldOutArg};
+use crate::error::CliError;
+use crate::input::{LogFile, rover};
+use crate::output::{self, short};
+use crate::progress::Spinner;
+use crate::report::{self, GapCurves};
+use crate::start::{Log, Prior, complete};
+
+/// The verdict of a log that excites too little to say anything.
+const UNIDENTIFIABLE: &str = "unidentifiable";
+
+pub(crate) fn run(args: &GapArgs, quiet: bool) -> Result<(), CliError> {
+    output::claim(
+        &[args.json.as_deref(), args.html.as_deref()],
+        &[&args.log, &args.rover],
+    )?;
+    let (mut rover, rover_sha256) = rover(&args.rover)?;
+    let terrains =
+        hypothesis_terrains(&rover.terrain, args.rover.parent().unwrap_or(Path::new("")))?;
+    let file = LogFile::open(&args.log)?;
+    let kind = file.kind(&rover)?;
+    let mut settings = Settings::of(&rover);
+    settings.combine = args.combine.into();
+    if args.effects != "all" {
+        settings.effects = Some(
+            args.effects
+                .split(',')
+                .map(|s| s.trim().to_owned())
+                .collect(),
+        );
+    }
+    settings.hold_out = hold_out(args.hold_out, kind)?;
+    let registry = Registry::builtin();
+    let spinner = Spinner::start(quiet, "diagnosing");
+    let in_files = |e: CliError| e.in_files(&args.log, &args.rover);
+    let (prior, mut diagnosis, curves) = match kind {
+        LogKind::Rig => {
+            let log = file.rig(&rover)?;
+            let prior =
+                complete(&mut rover, &Log::Rig(&log), &registry, &terrains).map_err(in_files)?;
+            let (d, predictor) =
+                diagnose_rig(&log, &rover, &registry, &settings).map_err(|e| in_files(e.into()))?;
+            let curves = GapCurves::of_rig(&d, &predictor);
+            (prior, d, Some(curves))
+        }
+        LogKind::Drive => {
+            let log = file.drive(&rover)?;
+            let prior =
+                complete(&mut rover, &Log::Drive(&log), &registry, &terrains).map_err(in_files)?;
+            let d = diagnose_drive(&log, &rover, &registry, &settings)
+                .map_err(|e| in_files(e.into()))?;
+            (prior, d, None)
+        }
+    };
+    drop(spinner);
+    let mut said = String::new();
+    match prior {
+        Prior::Given => {}
+        Prior::Identified(id) => {
+            said = format!(
+                "prior soil: {id}, the winner of {} on this log\n",
+                rover.terrain.hypotheses
+            );
+        }
+        // A stand-in soil may only lead to the answer that it does not matter for.
+        Prior::Unknown { why } if diagnosis.verdict == UNIDENTIFIABLE => {
+            let reason = diagnosis
+                .reason
+                .take()
+                .map(|r| format!("{r}; "))
+                .unwrap_or_default();
+            diagnosis.reason = Some(format!("{reason}no soil to start from: {why}"));
+        }
+        Prior::Unknown { why } => {
+            return Err(in_files(CliError::data(
+                format!("no soil to start from: {why}"),
+                "name one: start = \"dry_sand\" in [terrain]; `terra terrains` lists them",
+            )));
+        }
+    }
+    let provenance = Provenance {
+        log_sha256: file.sha256(),
+        rover_sha256,
+        seed: 0,
+    };
+    if let Some(path) = &args.json {
+        output::json(Some(path), &to_json(&diagnosis, &provenance))?;
+    }
+    if let Some(path) = &args.html {
+        let page = report::Page {
+            title: "Where the simulator differs from reality".to_owned(),
+            subtitle: args.log.display().to_string(),
+            sections: vec![report::gap_section(&diagnosis, curves.as_ref())],
+            provenance: vec![
+                ("terra".to_owned(), env!("CARGO_PKG_VERSION").to_owned()),
+                ("log SHA-256".to_owned(), provenance.log_sha256.clone()),
+                ("rover SHA-256".to_owned(), provenance.rover_sha256.clone()),
+            ],
+        };
+        output::text(Some(path), &page.render()?)?;
+    }
+    output::stdout(&format!("{said}{}", summary(&diagnosis)))
+}
+
+fn hold_out(asked: Option<HoldOutArg>, kind: LogKind) -> Result<Option<HoldOut>, CliError> {
+    Ok(match (asked, kind) {
+        (None, _) => None,
+        (Some(HoldOutArg::Slip), _) => Some(HoldOut::Slip),
+        (Some(HoldOutArg::Segment), LogKind::Drive) => Some(HoldOut::Segment),
+        (Some(HoldOutArg::Trial), LogKind::Rig) => Some(HoldOut::Trial),
+        (Some(HoldOutArg::Condition), LogKind::Rig) => Some(HoldOut::Condition),
+        (Some(_), LogKind::Drive) => {
+            return Err(CliError::usage(
+                "a drive log is held out by segment or slip",
+                "--hold-out segment",
+            ));
+        }
+        (Some(_), LogKind::Rig) => {
+            return Err(CliError::usage(
+                "a rig log is held out by trial, condition or slip",
+                "--hold-out trial",
+            ));
+        }
+    })
+}
+
+/// Ten lines a person can act on.
+pub(crate) fn summary(d: &Diagnosis) -> String {
+    let mut out = format!("verdict: {}", d.verdict);
+    if !d.set.is_empty() {
+        out.push_str(&format!(" {{{}}}", d.set.join(", ")));
+    }
+    out.push('\n');
+    if let Some(reason) = &d.reason {
+        out.push_str(&format!("  because: {reason}\n"));
+    }
+    if let (Some(a), Some(b)) = (d.waterfall.as_given, d.waterfall.refitted) {
+        out.push_str(&format!(
+            "misfit (chi2/n, 1 = noise): {} as given, {} after re-fitting the soil{}\n",
+            short(a),
+            short(b),
+            d.waterfall
+                .after
+                .map(|c| format!(", {} with {}", short(c), d.accepted_names.join(" + ")))
+                .unwrap_or_default()
+        ));
+    }
+    for p in d.places.iter().take(2) {
+        out.push_str(&format!(
+            "where: {} at {} {} to {}: measured is {} {} {} the re-fitted model ({:.1} sigma)\n",
+            p.channel,
+            p.factor,
+            short(p.from),
+            short(p.to),
+            short(p.bias.abs()),
+            p.unit,
+            if p.bias < 0.0 { "below" } else { "above" },
+            p.sigma
+        ));
+    }
+    for c in d.causes.iter().take(3) {
+        out.push_str(&format!(
+            "cause: {} with probability {:.2} ({:+.1} nats over the re-fitted soil)\n",
+            c.name, c.probability, c.log_evidence_gain
+        ));
+    }
+    if !d.causes.is_empty() {
+        out.push_str(&format!(
+            "nothing missing: {:.2}, something unknown: {:.2}\n",
+            d.probability_none, d.probability_unknown
+        ));
+    }
+    if !d.nearest.is_empty() {
+        out.push_str(&format!("nearest: {}\n", d.nearest.join(", ")));
+    }
+    if let Some(h) = &d.held_out {
+        match h.closed {
+            Some(c) => out.push_str(&format!(
+                "held out by {}: {:.0} % of the gap closes (95 %: {:.0} to {:.0} %)\n",
+                h.by.name(),
+                100.0 * c.mean,
+                100.0 * c.lo,
+                100.0 * c.hi
+            )),
+            None => out.push_str(&format!(
+                "held out by {}: nothing left to explain\n",
+                h.by.name()
+            )),
+        }
+    }
+    for u in &d.undetermined {
+        out.push_str(&format!("cannot be known: {u}\n"));
+    }
+    if let Some(n) = d.next.first() {
+        out.push_str(&format!(
+            "next: {} ({:.1} nats expected)\n",
+            n.manoeuvre, n.expected_nats
+        ));
+    }
+    out
+}

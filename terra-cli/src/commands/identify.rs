@@ -1,0 +1,236 @@
+//! `terra identify`.
+
+use std::path::Path;
+
+use nalgebra::DMatrix;
+use terra_data::{LogKind, hypothesis_terrains};
+use terra_mme::Choice;
+use terra_model::Registry;
+
+use crate::args::IdentifyArgs;
+use crate::error::CliError;
+use crate::identify::{Identification, IdentifyOptions, identify_drive, identify_rig, to_json};
+use crate::input::{LogFile, rover};
+use crate::output::{self, short, table};
+use crate::progress::Spinner;
+use crate::report;
+
+pub(crate) fn run(args: &IdentifyArgs, quiet: bool) -> Result<(), CliError> {
+    output::claim(
+        &[args.json.as_deref(), args.html.as_deref()],
+        &[&args.log, &args.rover],
+    )?;
+    let (rover, rover_sha) = rover(&args.rover)?;
+    let terrains =
+        hypothesis_terrains(&rover.terrain, args.rover.parent().unwrap_or(Path::new("")))?;
+    let options = IdentifyOptions {
+        estimator: args.estimator.clone(),
+        choice: choice(&args.choice)?,
+        join: args.join,
+        // The report shows the posterior over time.
+        history: args.history || args.html.is_some(),
+        refine: !args.no_refine,
+        filter: args.filter.clone(),
+    };
+    let registry = Registry::builtin();
+    let spinner = Spinner::start(quiet, "weighing soils");
+    let file = LogFile::open(&args.log)?;
+    let mut id = match file.kind(&rover)? {
+        LogKind::Drive => {
+            identify_drive(&file.drive(&rover)?, &rover, &registry, &terrains, &options)
+        }
+        LogKind::Rig => identify_rig(&file.rig(&rover)?, &rover, &registry, &terrains, &options),
+    }
+    .map_err(|e| e.in_files(&args.log, &args.rover))?;
+    drop(spinner);
+    let log_sha = file.sha256();
+    if let Some(path) = &args.html {
+        let page = report::Page {
+            title: "What soil is it?".to_owned(),
+            subtitle: args.log.display().to_string(),
+            sections: vec![report::identify_section(&report_view(
+                &id,
+                "Posterior over soils",
+                None,
+            ))],
+            provenance: vec![
+                ("terra".to_owned(), env!("CARGO_PKG_VERSION").to_owned()),
+                ("log SHA-256".to_owned(), log_sha.clone()),
+                ("rover SHA-256".to_owned(), rover_sha.clone()),
+            ],
+        };
+        output::text(Some(path), &page.render()?)?;
+    }
+    if !args.history {
+        id.groups.iter_mut().for_each(|g| g.history = None);
+    }
+    if let Some(path) = &args.json {
+        output::json(Some(path), &to_json(&id, &log_sha, &rover_sha))?;
+    }
+    output::stdout(&summary(&id))
+}
+
+fn choice(text: &str) -> Result<Choice, CliError> {
+    let Some(file) = text.strip_prefix("transition:") else {
+        return Choice::parse(text).map_err(|e| {
+            CliError::usage(
+                e.to_string(),
+                "none, floor:F, forgetting:L, or transition:FILE",
+            )
+        });
+    };
+    let bad = |why: String| {
+        CliError::usage(
+            format!("{file}: {why}"),
+            "rows of N numbers in [0, 1], each summing to 1",
+        )
+    };
+    let content = std::fs::read_to_string(file).map_err(|e| bad(e.to_string()))?;
+    let rows: Vec<Vec<f64>> = content
+        .lines()
+        .enumerate()
+        .filter(|(_, l)| !l.trim().is_empty())
+        .map(|(k, l)| {
+            l.split(|c: char| c == ',' || c.is_whitespace())
+                .filter(|s| !s.is_empty())
+                .map(|s| {
+                    s.parse::<f64>()
+                        .map_err(|_| bad(format!("line {}: '{s}' is no number", k + 1)))
+                })
+                .collect()
+        })
+        .collect::<Result<_, _>>()?;
+    let n = rows.len();
+    if let Some((k, row)) = rows.iter().enumerate().find(|(_, r)| r.len() != n) {
+        return Err(bad(format!(
+            "row {} has {} numbers, expected {n}",
+            k + 1,
+            row.len()
+        )));
+    }
+    Ok(Choice::transition(DMatrix::from_fn(n, n, |r, c| {
+        rows[r][c]
+    }))?)
+}
+
+/// Ten lines a person can act on.
+pub(crate) fn summary(id: &Identification) -> String {
+    let mut out = format!(
+        "{} rows: {} weighed, {} before the filter settled, {} outside every model\n",
+        id.samples.rows, id.samples.used, id.samples.waiting, id.samples.rejected
+    );
+    for g in &id.groups {
+        out.push_str(&format!("\n{}\n", g.name));
+        let rows: Vec<Vec<String>> = g
+            .posterior
+            .iter()
+            .take(4)
+            .map(|p| {
+                vec![
+                    format!("  {}", p.id),
+                    format!("{:.3}", p.probability),
+                    p.infeasible_samples.to_string(),
+                ]
+            })
+            .collect();
+        out.push_str(&table(
+            &["  soil", "probability", "samples it cannot carry"],
+            &rows,
+        ));
+        if !g.known_to.is_empty() {
+            out.push_str(&format!(
+                "  not told apart on this log: {}\n",
+                g.known_to.join(", ")
+            ));
+        }
+        match &g.refined {
+            Ok(r) => {
+                let values: Vec<String> = r
+                    .fit
+                    .fitted()
+                    .iter()
+                    .map(|p| format!("{} {} ± {} {}", p.name, short(p.value), short(p.sd), p.unit))
+                    .collect();
+                out.push_str(&format!(
+                    "  refined from {}: {}\n",
+                    r.start,
+                    values.join("; ")
+                ));
+                for u in &r.fit.identifiability.undetermined {
+                    out.push_str(&format!("  cannot be known: {u}\n"));
+                }
+            }
+            Err(reason) => out.push_str(&format!("  not refined: {reason}\n")),
+        }
+        if g.consistency.alarm {
+            let reason = g.consistency.reason.clone().unwrap_or_default();
+            out.push_str(&format!("  ALARM: do not trust this soil; {reason}\n"));
+        }
+    }
+    out
+}
+
+/// What the report shows of an identification.
+pub(crate) fn report_view(
+    id: &Identification,
+    title: &str,
+    truth: Option<&str>,
+) -> report::IdentifyView {
+    report::IdentifyView {
+        title: title.to_owned(),
+        groups: id
+            .groups
+            .iter()
+            .map(|g| {
+                let middle = g
+                    .force_prediction
+                    .iter()
+                    .map(|p| p.normal_load)
+                    .collect::<Vec<_>>();
+                let load = middle.get(middle.len() / 2).copied().unwrap_or(0.0);
+                let at_load: Vec<_> = g
+                    .force_prediction
+                    .iter()
+                    .filter(|p| (p.normal_load - load).abs() < 1e-9)
+                    .filter_map(|p| Some((p.slip, p.drawbar_pull?, p.torque?)))
+                    .collect();
+                report::GroupView {
+                    name: g.name.clone(),
+                    time: g
+                        .history
+                        .as_ref()
+                        .map(|h| h.time.clone())
+                        .unwrap_or_default(),
+                    ids: g
+                        .history
+                        .as_ref()
+                        .map(|h| h.ids.clone())
+                        .unwrap_or_default(),
+                    probability: g
+                        .history
+                        .as_ref()
+                        .map(|h| h.probability.clone())
+                        .unwrap_or_default(),
+                    posterior: g
+                        .posterior
+                        .iter()
+                        .map(|p| (p.id.clone(), p.probability))
+                        .collect(),
+                    force_slip: (!at_load.is_empty()).then(|| report::ForceSlip {
+                        slip: at_load.iter().map(|p| p.0).collect(),
+                        drawbar_mean: at_load.iter().map(|p| p.1.mean).collect(),
+                        drawbar_sd: at_load.iter().map(|p| p.1.sd).collect(),
+                        torque_mean: at_load.iter().map(|p| p.2.mean).collect(),
+                        torque_sd: at_load.iter().map(|p| p.2.sd).collect(),
+                    }),
+                    truth: truth.map(str::to_owned),
+                    undetermined: g
+                        .refined
+                        .as_ref()
+                        .map(|r| r.fit.identifiability.undetermined.clone())
+                        .unwrap_or_default(),
+                }
+            })
+            .collect(),
+    }
+}

@@ -1,0 +1,210 @@
+//! What is registered: models, effects, terrains, filters, estimators.
+
+use serde_json::{Value, json};
+use terra_model::{Param, Registry, Scale, catalogue};
+
+use crate::error::CliError;
+use crate::output::{self, short, table};
+
+fn emit(as_json: bool, json: Value, text: String) -> Result<(), CliError> {
+    if as_json {
+        output::json(None, &json)
+    } else {
+        output::stdout(&text)
+    }
+}
+
+fn param(p: &Param) -> Value {
+    // JSON has no infinity: an open end is null.
+    let end = |x: f64| if x.is_finite() { json!(x) } else { Value::Null };
+    json!({
+        "name": p.name, "symbol": p.symbol, "unit": p.unit, "min": end(p.min), "max": end(p.max),
+        "scale": match p.scale { Scale::Linear => "linear", Scale::Log => "log" },
+        "prior_sd": p.prior_sd, "doc": p.doc,
+    })
+}
+
+pub(crate) fn models(as_json: bool) -> Result<(), CliError> {
+    let registry = Registry::builtin();
+    let mut text = String::new();
+    for m in registry.models() {
+        text.push_str(&format!("{}: {}\n", m.name(), m.summary()));
+        let rows: Vec<Vec<String>> = m
+            .params()
+            .iter()
+            .map(|p| {
+                vec![
+                    format!("  {}", p.name),
+                    p.symbol.to_owned(),
+                    p.unit.to_owned(),
+                    p.doc.to_owned(),
+                ]
+            })
+            .collect();
+        text.push_str(&table(&["  parameter", "symbol", "unit", "meaning"], &rows));
+        let hooks: Vec<&str> = m.hooks().iter().map(|h| h.name()).collect();
+        text.push_str(&format!(
+            "  effects may act on: {}\n  source: {}\n\n",
+            hooks.join(", "),
+            m.reference()
+        ));
+    }
+    let json = json!(
+        registry
+            .models()
+            .iter()
+            .map(|m| json!({
+                "name": m.name(), "summary": m.summary(), "reference": m.reference(),
+                "hooks": m.hooks().iter().map(|h| h.name()).collect::<Vec<_>>(),
+                "parameters": m.params().iter().map(param).collect::<Vec<_>>(),
+            }))
+            .collect::<Vec<_>>()
+    );
+    emit(as_json, json, text)
+}
+
+pub(crate) fn effects(as_json: bool) -> Result<(), CliError> {
+    let registry = Registry::builtin();
+    let rows: Vec<Vec<String>> = registry
+        .effects()
+        .iter()
+        .map(|e| {
+            let unit = e.params().first().map_or("", |p| p.unit);
+            vec![
+                e.name().to_owned(),
+                e.form().to_owned(),
+                unit.to_owned(),
+                e.summary().to_owned(),
+                e.regime().to_owned(),
+            ]
+        })
+        .collect();
+    let json = json!(
+        registry
+            .effects()
+            .iter()
+            .map(|e| json!({
+                "name": e.name(), "form": e.form(), "summary": e.summary(), "reference": e.reference(),
+                "scope": match e.scope() {
+                    terra_model::Scope::Any => "any",
+                    terra_model::Scope::Drive => "drive",
+                    terra_model::Scope::Rig => "rig",
+                },
+                "regime": e.regime(), "isolated_by": e.isolated_by(),
+                "parameters": e.params().iter().map(param).collect::<Vec<_>>(),
+            }))
+            .collect::<Vec<_>>()
+    );
+    emit(
+        as_json,
+        json,
+        table(
+            &["effect", "form", "unit", "what happens", "where it shows"],
+            &rows,
+        ),
+    )
+}
+
+pub(crate) fn terrains(as_json: bool) -> Result<(), CliError> {
+    let number = |x: Option<f64>| x.map_or("-".to_owned(), short);
+    let rows: Vec<Vec<String>> = catalogue::terrains()
+        .iter()
+        .map(|t| {
+            vec![
+                t.id.to_string(),
+                t.set.to_string(),
+                short(t.sinkage_exponent),
+                short(t.k_c / 1e3),
+                short(t.k_phi / 1e3),
+                short(t.cohesion / 1e3),
+                short(t.friction_angle.to_degrees()),
+                number(t.shear_modulus),
+                number(t.c1),
+                number(t.c2),
+                t.confidence.mark().to_owned(),
+                t.name.to_string(),
+            ]
+        })
+        .collect();
+    let header = [
+        "id",
+        "set",
+        "n",
+        "k_c kN/m^(n+1)",
+        "k_phi kN/m^(n+2)",
+        "c kPa",
+        "phi deg",
+        "K m",
+        "c1",
+        "c2",
+        "trust",
+        "name",
+    ];
+    let mut text = table(&header, &rows);
+    text.push_str(
+        "\ntrust: A several public copies agree, B one copy, C recalled: check before use. A missing value is '-'.\n",
+    );
+    let json = json!(
+        catalogue::terrains()
+            .iter()
+            .map(|t| json!({
+                "id": t.id, "set": t.set, "name": t.name, "moisture_pct": t.moisture,
+                "sinkage_exponent": t.sinkage_exponent, "k_c": t.k_c, "k_phi": t.k_phi, "cohesion": t.cohesion,
+                "friction_angle": t.friction_angle, "shear_modulus": t.shear_modulus, "c1": t.c1, "c2": t.c2,
+                "class": t.class, "confidence": t.confidence.mark(), "source": t.source,
+            }))
+            .collect::<Vec<_>>()
+    );
+    emit(as_json, json, text)
+}
+
+pub(crate) fn filters(as_json: bool) -> Result<(), CliError> {
+    let registry = terra_ekf::Registry::builtin();
+    let rows: Vec<Vec<String>> = registry
+        .filters()
+        .iter()
+        .map(|f| {
+            vec![
+                f.name.to_owned(),
+                f.summary.to_owned(),
+                f.reference.to_owned(),
+            ]
+        })
+        .collect();
+    let json = json!(
+        registry
+            .filters()
+            .iter()
+            .map(|f| json!({ "name": f.name, "summary": f.summary, "reference": f.reference, "linear_only": f.linear_only }))
+            .collect::<Vec<_>>()
+    );
+    emit(
+        as_json,
+        json,
+        table(&["filter", "what it is", "source"], &rows),
+    )
+}
+
+pub(crate) fn estimators(as_json: bool) -> Result<(), CliError> {
+    let all = terra_mme::estimators();
+    let rows: Vec<Vec<String>> = all
+        .iter()
+        .map(|e| {
+            vec![
+                e.name.to_owned(),
+                e.summary.to_owned(),
+                e.reference.to_owned(),
+            ]
+        })
+        .collect();
+    let json = json!(
+        all.iter()
+            .map(|e| json!({ "name": e.name, "summary": e.summary, "reference": e.reference }))
+            .collect::<Vec<_>>()
+    );
+    emit(
+        as_json,
+        json,
+        table(&["estimator", "what it is", "source"], &rows),
+    )
+}

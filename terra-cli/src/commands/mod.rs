@@ -1,0 +1,62 @@
+//! One file a command.
+
+mod campaign;
+mod demo;
+mod estimate;
+mod gap;
+mod identify;
+mod lists;
+mod simulate;
+mod wheel;
+
+use clap::CommandFactory;
+
+use crate::args::{Args, Campaign, Command};
+use crate::error::CliError;
+use crate::output;
+
+/// Runs one command.
+pub(crate) fn dispatch(args: Args) -> Result<(), CliError> {
+    if let Some(n) = args.threads {
+        rayon::ThreadPoolBuilder::new()
+            .num_threads(n.into())
+            .build_global()
+            .map_err(|e| CliError::usage(e.to_string(), "leave --threads out"))?;
+    }
+    let quiet = args.quiet;
+    match args.command {
+        Command::Demo { out } => demo::run(&out, quiet),
+        Command::Models { json } => lists::models(json),
+        Command::Effects { json } => lists::effects(json),
+        Command::Terrains { json } => lists::terrains(json),
+        Command::Filters { json } => lists::filters(json),
+        Command::Estimators { json } => lists::estimators(json),
+        Command::Wheel(args) => wheel::run(&args),
+        Command::Simulate {
+            scenario,
+            out,
+            truth,
+            seed,
+        } => simulate::run(&scenario, &out, truth.as_deref(), seed, quiet),
+        Command::Estimate {
+            log,
+            rover,
+            filter,
+            smooth,
+            out,
+        } => estimate::run(&log, &rover, &filter, smooth, out.as_deref(), quiet),
+        Command::Identify(args) => identify::run(&args, quiet),
+        Command::Gap(args) => gap::run(&args, quiet),
+        Command::Campaign(Campaign::Ramps {
+            runs,
+            seed,
+            terrains,
+            json,
+        }) => campaign::run_ramps(&terrains, runs as usize, seed, json.as_deref(), quiet),
+        Command::Completions { shell } => {
+            let mut text = Vec::new();
+            clap_complete::generate(shell, &mut Args::command(), "terra", &mut text);
+            output::stdout(&String::from_utf8_lossy(&text))
+        }
+    }
+}

@@ -1,0 +1,161 @@
+//! `terra wheel`: the force-slip curve of one wheel, and its stresses.
+
+use std::path::{Path, PathBuf};
+
+use terra_model::{Contact, ForceLaw, Law, ModelError, Registry, catalogue};
+
+use crate::args::WheelArgs;
+use crate::error::CliError;
+use crate::output;
+
+const HEADER: &str = "slip,normal_load_N,drawbar_pull_N,torque_N_m,thrust_N,motion_resistance_N,sinkage_m,entry_angle_rad,max_stress_angle_rad,max_normal_stress_Pa,max_shear_stress_Pa,status\n";
+const STRESS_HEADER: &str = "slip,angle_rad,normal_stress_Pa,shear_stress_Pa\n";
+/// Points of a stress profile.
+const POINTS: usize = 101;
+
+pub(crate) fn run(args: &WheelArgs) -> Result<(), CliError> {
+    let stress_file = args.csv.as_deref().filter(|_| args.stress).map(stress_path);
+    output::claim(&[args.csv.as_deref(), stress_file.as_deref()], &[])?;
+    let slips = slips(&args.slip)?;
+    let (law, magnitudes) = law(&args.model)?;
+    let mut p = catalogue::find(&args.terrain)?.parameters(law.model())?;
+    p.extend(magnitudes);
+
+    let mut csv = HEADER.to_owned();
+    let mut stress = STRESS_HEADER.to_owned();
+    for slip in slips {
+        let at = Contact::new(slip, args.load, args.radius, args.width);
+        match law.forces(&p, &at) {
+            Ok(f) => {
+                let profile = law.stresses(&p, &at, POINTS)?;
+                let cell = |x: Option<f64>| x.map(|x| x.to_string()).unwrap_or_default();
+                let resistance = f.parts.compaction_resistance + f.parts.bulldozing_resistance;
+                csv.push_str(&format!(
+                    "{slip},{},{},{},{},{resistance},{},{},{},{},{},ok\n",
+                    args.load,
+                    f.drawbar_pull,
+                    f.resistive_torque,
+                    f.parts.thrust,
+                    cell(f.sinkage),
+                    cell(f.angles.map(|a| a.entry)),
+                    cell(f.angles.map(|a| a.max_stress)),
+                    cell(profile.as_ref().map(|s| s.max_normal.normal_stress)),
+                    cell(profile.as_ref().map(|s| s.max_shear.shear_stress)),
+                ));
+                for point in profile.iter().flat_map(|s| &s.points) {
+                    stress.push_str(&format!(
+                        "{slip},{},{},{}\n",
+                        point.angle, point.normal_stress, point.shear_stress
+                    ));
+                }
+            }
+            Err(ModelError::NoEquilibrium { .. }) => {
+                csv.push_str(&format!("{slip},{},,,,,,,,,,no-equilibrium\n", args.load));
+            }
+            Err(e) => return Err(e.into()),
+        }
+    }
+    match (&args.csv, &stress_file) {
+        (Some(path), Some(stress_file)) => {
+            output::text(Some(path), &csv)?;
+            output::text(Some(stress_file), &stress)
+        }
+        (None, _) if args.stress => output::stdout(&format!("{csv}\n{stress}")),
+        (path, _) => output::text(path.as_deref(), &csv),
+    }
+}
+
+fn stress_path(path: &Path) -> PathBuf {
+    match path.extension() {
+        Some(e) => path.with_extension(format!("stress.{}", e.to_string_lossy())),
+        None => path.with_extension("stress"),
+    }
+}
+
+/// `model+effect=magnitude+...` to a law and its magnitudes.
+fn law(text: &str) -> Result<(Law, Vec<f64>), CliError> {
+    let mut names = vec![];
+    let mut magnitudes = vec![];
+    for (k, part) in text.split('+').enumerate() {
+        let (name, magnitude) = part
+            .split_once('=')
+            .map_or((part, None), |(n, m)| (n, Some(m)));
+        names.push(name);
+        if k == 0 {
+            continue;
+        }
+        let value = match magnitude {
+            Some(m) => m
+                .parse::<f64>()
+                .ok()
+                .filter(|m| m.is_finite())
+                .ok_or_else(|| {
+                    CliError::usage(
+                        format!("'{m}' is no magnitude for {name}"),
+                        "write for example slip-sinkage=0.3",
+                    )
+                })?,
+            None => {
+                return Err(CliError::usage(
+                    format!("effect {name} without a magnitude"),
+                    format!("write {name}=0.3; `terra effects` gives the unit"),
+                ));
+            }
+        };
+        magnitudes.push(value);
+    }
+    Ok((Registry::builtin().law(&names.join("+"))?, magnitudes))
+}
+
+/// `A:B:STEP`, B included to rounding, or one number.
+fn slips(text: &str) -> Result<Vec<f64>, CliError> {
+    const MOST: f64 = 1e6;
+    let bad = |why: &str| {
+        CliError::usage(
+            format!("--slip {text}: {why}"),
+            "write A:B:STEP with A <= B in [-1, 1], for example 0.05:0.95:0.05",
+        )
+    };
+    let parts: Vec<f64> = text
+        .split(':')
+        .map(|p| p.trim().parse::<f64>().ok().filter(|x| x.is_finite()))
+        .collect::<Option<_>>()
+        .ok_or_else(|| bad("not numbers"))?;
+    let out = match parts[..] {
+        [one] => vec![one],
+        [a, b, step] if step > 0.0 && a <= b => {
+            let n = ((b - a) / step + 1e-9).floor();
+            if n > MOST {
+                return Err(bad("more than a million slips"));
+            }
+            // a + k step carries the rounding of step; ten decimals are what a person can have meant.
+            (0..=n as usize)
+                .map(|k| ((a + k as f64 * step) * 1e10).round() / 1e10)
+                .collect()
+        }
+        _ => return Err(bad("expected one slip, or A:B:STEP with STEP > 0")),
+    };
+    if out.iter().any(|s| s.abs() > 1.0) {
+        return Err(bad("library slip lies in [-1, 1]"));
+    }
+    Ok(out)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn slips_include_both_ends() {
+        assert_eq!(
+            slips("0.05:0.2:0.05").unwrap_or_default(),
+            vec![0.05, 0.1, 0.15, 0.2]
+        );
+        assert_eq!(slips("-0.2").unwrap_or_default(), vec![-0.2]);
+        for bad in [
+            "", "a", "0:1", "0:1:0", "1:0:0.1", "0:2:0.5", "nan", "0:1:-0.1",
+        ] {
+            assert!(slips(bad).is_err(), "{bad}");
+        }
+    }
+}

@@ -1,0 +1,255 @@
+//! What soil is it? From a log to a posterior per group, with refined parameters and what cannot be known.
+
+mod drive;
+mod json;
+mod rig;
+
+use std::sync::Arc;
+
+use terra_data::Rover;
+use terra_mme::{
+    Centre, Choice, Consistency, EstimatorError, EstimatorOptions, FitSpace, ForceObservation,
+    ForcePrediction, History, HypothesisPosterior, HypothesisSet, ParameterBelief, Prewhitening,
+    Priors, RefineOptions, Refinement, estimator, refine,
+};
+use terra_model::catalogue::Terrain;
+use terra_model::{Contact, Law};
+
+pub use drive::identify_drive;
+pub(crate) use json::to_json;
+pub use rig::identify_rig;
+
+use crate::error::CliError;
+
+/// Slips of a force prediction.
+const SLIPS: [f64; 10] = [0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9];
+
+/// How an identification runs.
+#[derive(Clone, Debug)]
+pub struct IdentifyOptions {
+    /// Estimator by name; `None` for the default of the log's kind.
+    pub estimator: Option<String>,
+    /// What happens to old evidence.
+    pub choice: Choice,
+    /// One soil under both sides of a vehicle.
+    pub join: bool,
+    /// Keep the posterior after every sample.
+    pub history: bool,
+    /// Refine the winner's parameters.
+    pub refine: bool,
+    /// Filter of the forces of a drive.
+    pub filter: String,
+}
+
+impl Default for IdentifyOptions {
+    fn default() -> Self {
+        IdentifyOptions {
+            estimator: None,
+            choice: Choice::None,
+            join: false,
+            history: false,
+            refine: true,
+            filter: "block".to_owned(),
+        }
+    }
+}
+
+/// Where the rows of a log went: rows = used + waiting + rejected.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Samples {
+    /// Rows of the log.
+    pub rows: usize,
+    /// Weighed.
+    pub used: usize,
+    /// Before the filter had settled.
+    pub waiting: usize,
+    /// Outside every model (standstill, a lifted wheel, a wheel against its motion, forces no soil of the set gives).
+    pub rejected: usize,
+    /// Samples missing in the channels used.
+    pub missing: usize,
+}
+
+/// A refined winner.
+#[derive(Clone, Debug)]
+pub struct Refined {
+    /// Hypothesis it started from.
+    pub start: String,
+    /// The fit.
+    pub fit: Refinement,
+    /// Forces it predicts.
+    pub force_prediction: Vec<ForcePrediction>,
+}
+
+/// One group: a side, a condition, or the whole log.
+#[derive(Clone, Debug)]
+pub struct Group {
+    /// Its name.
+    pub name: String,
+    /// All hypotheses, most probable first.
+    pub posterior: Vec<HypothesisPosterior>,
+    /// The most probable.
+    pub map: Option<String>,
+    /// Hypotheses this log cannot tell from it.
+    pub known_to: Vec<String>,
+    /// Parameters by structure.
+    pub belief: ParameterBelief,
+    /// Refined winner, and why there is none.
+    pub refined: Result<Refined, String>,
+    /// Mixture of forces.
+    pub force_prediction: Vec<ForcePrediction>,
+    /// Whether the winner explains the data.
+    pub consistency: Consistency,
+    /// Posterior after each sample.
+    pub history: Option<History>,
+}
+
+/// The result of an identification.
+#[derive(Clone, Debug)]
+pub struct Identification {
+    /// `drive` or `rig`.
+    pub log_kind: &'static str,
+    /// Filter of the forces.
+    pub filter: Option<String>,
+    /// Estimator.
+    pub estimator: String,
+    /// What happened to old evidence.
+    pub choice: Choice,
+    /// ρ of the prewhitening.
+    pub prewhiten_rho: Option<f64>,
+    /// Where the rows went.
+    pub samples: Samples,
+    /// Groups.
+    pub groups: Vec<Group>,
+}
+
+/// What all groups of a log share.
+struct Job<'a> {
+    law: &'a Arc<Law>,
+    terrains: &'a [Terrain],
+    rover: &'a Rover,
+    options: &'a IdentifyOptions,
+    estimator: &'a str,
+    whitening: Option<Prewhitening>,
+}
+
+impl Job<'_> {
+    /// Weighs the observations of one group. Returns the group, and how many observations were rejected.
+    fn group(
+        &self,
+        name: &str,
+        observations: &[ForceObservation],
+    ) -> Result<(Group, usize), CliError> {
+        let set = HypothesisSet::from_terrains(self.law, self.terrains)?;
+        let template = observations
+            .first()
+            .and_then(|o| o.contacts.first())
+            .copied()
+            .unwrap_or_else(|| {
+                Contact::new(0.1, 1.0, self.rover.wheel.radius, self.rover.wheel.width)
+            });
+        let mut weigher = estimator(
+            self.estimator,
+            set,
+            &EstimatorOptions {
+                choice: self.options.choice.clone(),
+                whitening: self.whitening,
+                history: self.options.history,
+                ..EstimatorOptions::new(template)
+            },
+        )?;
+        let mut used = vec![];
+        let mut last_reason = None;
+        for o in observations {
+            match weigher.update(o) {
+                Ok(()) => used.push(o.clone()),
+                Err(e @ (EstimatorError::Size { .. } | EstimatorError::NotSupported { .. })) => {
+                    return Err(e.into());
+                }
+                Err(e) => last_reason = Some(e.to_string()),
+            }
+        }
+        if used.is_empty() {
+            return Err(CliError::data(
+                format!(
+                    "{name}: no sample could be weighed{}",
+                    last_reason
+                        .map(|r| format!("; the last one: {r}"))
+                        .unwrap_or_default()
+                ),
+                "the vehicle must move with slip; see the flags of `terra estimate`",
+            ));
+        }
+        let loads = loads(&used);
+        let map = weigher.map().id.clone();
+        let refined = if self.options.refine {
+            self.refined(&map, &used, &loads, &template)
+        } else {
+            Err("not asked for".to_owned())
+        };
+        let group = Group {
+            name: name.to_owned(),
+            posterior: weigher.posterior(),
+            known_to: weigher.known_to(),
+            belief: weigher.belief(),
+            refined,
+            force_prediction: weigher.force_prediction(&SLIPS, &loads, &template)?,
+            consistency: weigher.consistency(),
+            history: weigher.history().cloned(),
+            map: Some(map),
+        };
+        Ok((group, observations.len() - used.len()))
+    }
+
+    fn refined(
+        &self,
+        map: &str,
+        observations: &[ForceObservation],
+        loads: &[f64],
+        template: &Contact<f64>,
+    ) -> Result<Refined, String> {
+        let terrain = self
+            .terrains
+            .iter()
+            .find(|t| t.id == map)
+            .ok_or("the winner is not in the catalogue")?;
+        let priors = Priors::default().with(
+            &self.rover.terrain.prior_sd,
+            &self.rover.terrain.prior_abs_sd,
+        );
+        let fit = || -> Result<Refined, EstimatorError> {
+            let space = FitSpace::new(
+                self.law,
+                Centre::Terrain(terrain),
+                &[template.width],
+                &priors,
+            )?;
+            let options = RefineOptions {
+                whitening: self.whitening,
+                ..RefineOptions::default()
+            };
+            let fit = refine(self.law, space, observations, &options)?;
+            let force_prediction = fit.force_prediction(&SLIPS, loads, template)?;
+            Ok(Refined {
+                start: map.to_owned(),
+                fit,
+                force_prediction,
+            })
+        };
+        fit().map_err(|e| e.to_string())
+    }
+}
+
+/// Smallest, median and largest load of the observations.
+fn loads(observations: &[ForceObservation]) -> Vec<f64> {
+    let mut all: Vec<f64> = observations
+        .iter()
+        .flat_map(|o| o.contacts.iter().map(|c| c.normal_load))
+        .collect();
+    all.sort_by(f64::total_cmp);
+    let mut out = match (all.first(), all.get(all.len() / 2), all.last()) {
+        (Some(a), Some(b), Some(c)) => vec![*a, *b, *c],
+        _ => vec![],
+    };
+    out.dedup_by(|a, b| (*a - *b).abs() < 1e-9 * b.abs());
+    out
+}

@@ -1,0 +1,111 @@
+//! Input files with their fingerprints.
+
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::Path;
+
+use sha2::{Digest, Sha256};
+use terra_data::{
+    DataError, DriveLog, LogKind, RigLog, Rover, log_kind, log_kind_from, read_drive_log,
+    read_drive_log_from, read_rig_log, read_rig_log_from, read_rover,
+};
+
+use crate::error::CliError;
+
+fn hexadecimal(digest: impl AsRef<[u8]>) -> String {
+    digest.as_ref().iter().map(|b| format!("{b:02x}")).collect()
+}
+
+/// SHA-256 of bytes, in hexadecimal.
+pub(crate) fn sha256(bytes: &[u8]) -> String {
+    hexadecimal(Sha256::digest(bytes))
+}
+
+/// SHA-256 of a file that was just read; empty when it can no longer be read.
+fn sha256_of(path: &Path) -> String {
+    // In pieces: a log may be larger than memory.
+    let digest = || -> io::Result<String> {
+        let mut file = File::open(path)?;
+        let mut digest = Sha256::new();
+        let mut piece = vec![0; 1 << 16];
+        loop {
+            match file.read(&mut piece)? {
+                0 => return Ok(hexadecimal(digest.finalize())),
+                n => digest.update(piece.get(..n).unwrap_or_default()),
+            }
+        }
+    };
+    digest().unwrap_or_default()
+}
+
+/// The rover file, with its fingerprint.
+pub(crate) fn rover(path: &Path) -> Result<(Rover, String), CliError> {
+    let rover = read_rover(path)?;
+    Ok((rover, sha256_of(path)))
+}
+
+/// A log, which is read more than once: for its kind, its rows and its fingerprint.
+pub(crate) struct LogFile<'a> {
+    path: &'a Path,
+    /// What came through a pipe, which gives it only once.
+    piped: Option<Vec<u8>>,
+}
+
+impl<'a> LogFile<'a> {
+    pub(crate) fn open(path: &'a Path) -> Result<Self, CliError> {
+        let piped = if is_pipe(path) {
+            let bytes = std::fs::read(path).map_err(|e| CliError::BadData {
+                message: format!("{}: cannot be read: {e}", path.display()),
+                help: None,
+            })?;
+            Some(bytes)
+        } else {
+            None
+        };
+        Ok(LogFile { path, piped })
+    }
+
+    fn name(&self) -> String {
+        self.path.display().to_string()
+    }
+
+    pub(crate) fn kind(&self, rover: &Rover) -> Result<LogKind, DataError> {
+        match &self.piped {
+            Some(bytes) => log_kind_from(bytes.as_slice(), &self.name(), rover),
+            None => log_kind(self.path, rover),
+        }
+    }
+
+    pub(crate) fn drive(&self, rover: &Rover) -> Result<DriveLog, DataError> {
+        match &self.piped {
+            Some(bytes) => read_drive_log_from(bytes.as_slice(), &self.name(), rover),
+            None => read_drive_log(self.path, rover),
+        }
+    }
+
+    pub(crate) fn rig(&self, rover: &Rover) -> Result<RigLog, DataError> {
+        match &self.piped {
+            Some(bytes) => read_rig_log_from(bytes.as_slice(), &self.name(), rover),
+            None => read_rig_log(self.path, rover),
+        }
+    }
+
+    /// SHA-256 in hexadecimal.
+    pub(crate) fn sha256(&self) -> String {
+        match &self.piped {
+            Some(bytes) => sha256(bytes),
+            None => sha256_of(self.path),
+        }
+    }
+}
+
+#[cfg(unix)]
+fn is_pipe(path: &Path) -> bool {
+    use std::os::unix::fs::FileTypeExt;
+    std::fs::metadata(path).is_ok_and(|about| about.file_type().is_fifo())
+}
+
+#[cfg(not(unix))]
+fn is_pipe(_: &Path) -> bool {
+    false
+}

@@ -1,0 +1,50 @@
+//! The command behind the binary `terra`, as a library: commands, error display, progress, the HTML report.
+
+#![cfg_attr(test, allow(clippy::unwrap_used, clippy::panic))]
+
+mod args;
+pub mod campaign;
+mod commands;
+mod error;
+mod identify;
+mod input;
+mod output;
+mod progress;
+pub mod report;
+mod robot;
+mod start;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+pub use error::CliError;
+pub use identify::{Group, Identification, IdentifyOptions, identify_drive, identify_rig};
+
+/// Runs the command line of this process and says how it ended: 0 done, 2 usage or configuration, 3 data, 4 cannot
+/// write, 130 interrupted.
+pub fn run() -> ExitCode {
+    // Results are written whole or not at all, so that an interrupt may end the process at any moment.
+    // A second handler cannot be installed in this process; without one, the signal's default ends it just as well.
+    let _ = ctrlc::set_handler(|| std::process::exit(130));
+    let args = match args::Args::try_parse() {
+        Ok(args) => args,
+        Err(e) => {
+            let help = matches!(
+                e.kind(),
+                clap::error::ErrorKind::DisplayHelp | clap::error::ErrorKind::DisplayVersion
+            );
+            // Nothing better can be done when the terminal itself is gone.
+            let _ = e.print();
+            return ExitCode::from(if help { 0 } else { 2 });
+        }
+    };
+    match commands::dispatch(args) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(CliError::PipeClosed) => ExitCode::SUCCESS,
+        Err(e) => {
+            error::show(&e);
+            ExitCode::from(e.exit_code())
+        }
+    }
+}

@@ -1,0 +1,110 @@
+//! A drive log as the force filter wants it.
+
+use std::ops::Range;
+
+use terra_data::{DriveLog, GroundSpeedSource, Rover, Series};
+use terra_ekf::spaces::longitudinal_robot::{
+    LongitudinalRobot, PriorSpread, ProcessNoise, SensorNoise,
+};
+use terra_ekf::{ForceConfig, RobotLog, Step, estimate_forces};
+use terra_model::Vehicle;
+
+use crate::error::CliError;
+
+/// Columns of a drive log, missing samples as `None`.
+struct Columns {
+    segments: Vec<Range<usize>>,
+    torque: [Vec<Option<f64>>; 4],
+    channels: [Vec<Option<f64>>; 7],
+}
+
+impl Columns {
+    fn of(log: &DriveLog) -> Result<Self, CliError> {
+        let torque = log.wheel_torque.as_ref().ok_or_else(|| {
+            CliError::data(
+                "the log has neither wheel torques nor motor currents, so the forces of the ground cannot be told from those of the motors",
+                "log wheel_torque_fl_N_m ... rr, or motor_current_fl_A ... rr with [drivetrain] in the rover file",
+            )
+        })?;
+        let samples = |s: &Series| s.iter().collect::<Vec<_>>();
+        let optional = |s: &Option<Series>| s.as_ref().map(samples).unwrap_or_default();
+        let [fl, fr, rl, rr] = log.wheel_speed.each_ref().map(samples);
+        Ok(Columns {
+            segments: log.segments.iter().map(|s| s.rows.clone()).collect(),
+            torque: torque.each_ref().map(samples),
+            channels: [
+                optional(&log.accel_x),
+                fl,
+                fr,
+                rl,
+                rr,
+                optional(&log.ground_speed),
+                optional(&log.yaw_rate),
+            ],
+        })
+    }
+}
+
+/// The 1-sigma of a sensor. A channel the log lacks needs none; any number will do, as it is never used.
+fn noise(rover: &Rover, key: &str, present: bool) -> Result<f64, CliError> {
+    match rover.noise.get(key) {
+        Some(sd) => Ok(sd),
+        None if !present => Ok(1.0),
+        None => Err(CliError::rover(
+            format!("[noise] lacks {key}, and the log has that channel"),
+            format!("add {key} = ... (1-sigma per sample) to [noise] of the rover file"),
+        )),
+    }
+}
+
+/// The vehicle, and what the filter says of each row.
+pub(crate) struct Forces {
+    pub(crate) vehicle: Vehicle<f64>,
+    pub(crate) steps: Vec<Step>,
+}
+
+/// Runs the force filter over a log.
+///
+/// # Errors
+/// A rover without vehicle, a channel without noise level, a log without torques, or what the filter refuses.
+pub(crate) fn forces(
+    log: &DriveLog,
+    rover: &Rover,
+    filter: &str,
+    smooth: bool,
+) -> Result<Forces, CliError> {
+    let vehicle = rover.nominal_vehicle().ok_or_else(|| {
+        CliError::rover(
+            "a drive log needs [vehicle] in the rover file",
+            "see the examples folder",
+        )
+    })?;
+    let columns = Columns::of(log)?;
+    let sensors = SensorNoise {
+        accel_x: noise(rover, "accel_x_m_s2", log.accel_x.is_some())?,
+        wheel_speed: noise(rover, "wheel_speed_rad_s", true)?,
+        ground_speed: noise(rover, "ground_speed_m_s", log.ground_speed.is_some())?,
+        yaw_rate: noise(rover, "yaw_rate_rad_s", log.yaw_rate.is_some())?,
+    };
+    let process = ProcessNoise {
+        torque_walk: rover.filter.torque_walk,
+        force_walk: [rover.filter.force_walk; 2],
+        ..ProcessNoise::default()
+    };
+    let space = LongitudinalRobot::new(vehicle, sensors, process, PriorSpread::default())?;
+    let config = ForceConfig {
+        filter: filter.to_owned(),
+        smooth,
+        no_ground_speed: rover.filter.ground_speed == GroundSpeedSource::None,
+        start_wait: rover.filter.start_wait,
+        ..ForceConfig::new(space)
+    };
+    let robot = RobotLog {
+        time: &log.time,
+        segments: &columns.segments,
+        torque: columns.torque.each_ref().map(Vec::as_slice),
+        channels: columns.channels.each_ref().map(Vec::as_slice),
+    };
+    let steps = estimate_forces(&robot, &config)?;
+    Ok(Forces { vehicle, steps })
+}

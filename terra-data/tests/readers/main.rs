@@ -1,0 +1,13 @@
+//! The readers against files as users make them: the good, the bad and the measured.
+#![allow(clippy::unwrap_used, clippy::panic)]
+
+mod bad_catalogues;
+mod bad_logs;
+mod bad_rovers;
+mod cmu;
+mod columns;
+mod good_rovers;
+mod rig;
+mod robust;
+mod round_trip;
+mod support;

@@ -1,0 +1,277 @@
+//! `block`: a Kalman filter that works on independent groups of states, exactly.
+//!
+//! # Equation
+//! In y = M x the state space falls into groups that share neither dynamics, noise, prior nor channels; each group is a
+//! Kalman filter of its own and the belief is x = M⁻¹ y. For the 18-state robot: four (w, T, T'), one (v, F_s, F_s')
+//! and one (r, F_d, F_d') with F_s = F_L + F_R, F_d = F_R - F_L. Exact when both sides have equal q and equal,
+//! uncorrelated prior and R is diagonal. Groups that turn out to be coupled are joined, with a typed reason.
+//!
+//! # Reference
+//! The split is that of the system matrices; the update is the scalar-sequential one of G. J. Bierman,
+//! *Factorization Methods for Discrete Sequential Estimation*, Academic Press (1977), chapter V.
+
+use std::sync::Arc;
+
+use nalgebra::{DMatrix, DVector};
+
+use super::group::{Belief, Group, add_block, spread, update_group};
+use super::kf::drive;
+use super::{Linear, Model};
+use crate::config::FilterConfig;
+use crate::discretise::Steps;
+use crate::error::FilterError;
+use crate::filter::Filter;
+use crate::gaussian::{Gaussian, symmetrise};
+use crate::measurement::{Innovation, Measurement};
+use crate::robust::Watch;
+use crate::state_space::AnyStateSpace;
+use crate::structure::{Coupling, Structure};
+
+/// The filter `block`.
+pub struct BlockFilter {
+    model: Model,
+    structure: Structure,
+    couplings: Vec<Coupling>,
+    offset: DVector<f64>,
+    groups: Vec<Group>,
+    belief: Gaussian,
+    predicted: Gaussian,
+    cross: DMatrix<f64>,
+    watch: Watch,
+    time: f64,
+}
+
+impl BlockFilter {
+    /// A filter that starts from the state space's prior.
+    ///
+    /// # Errors
+    /// [`FilterError::NotLinear`], or a configuration, noise or prior that is none.
+    pub fn new(space: Arc<dyn AnyStateSpace>, config: FilterConfig) -> Result<Self, FilterError> {
+        if !space.is_linear() {
+            return Err(FilterError::NotLinear {
+                filter: "block",
+                space: space.name(),
+            });
+        }
+        Linear::new(&*space)?;
+        let model = Model::new(space, config)?;
+        let n = model.prior.dim();
+        let offset = model.space.measure_value(&vec![0.0; n])?;
+        let watch = Watch::new(offset.len());
+        let (structure, couplings) = Structure::of(&*model.space, &model.prior.covariance)?;
+        let belief = model.prior.clone();
+        let mut filter = BlockFilter {
+            model,
+            structure,
+            couplings,
+            offset: DVector::from_vec(offset),
+            groups: Vec::new(),
+            predicted: belief.clone(),
+            belief,
+            cross: DMatrix::zeros(n, n),
+            watch,
+            time: 0.0,
+        };
+        filter.split()?;
+        Ok(filter)
+    }
+
+    /// Number of independent groups in use.
+    pub fn group_count(&self) -> usize {
+        self.groups.len()
+    }
+
+    /// Builds the groups from the structure and the belief.
+    fn split(&mut self) -> Result<(), FilterError> {
+        let s = &self.structure;
+        let (a, c) = self.model.space.system_matrices()?;
+        let a = &s.basis * a * &s.inverse;
+        let q = &s.basis * &self.model.q * s.basis.transpose();
+        let start = &s.basis * &self.model.prior.covariance * s.basis.transpose();
+        let p = &s.basis * &self.belief.covariance * s.basis.transpose();
+        let y = &s.basis * &self.belief.mean;
+        let owner: Vec<usize> = (0..c.nrows())
+            .map(|row| s.group_of_channel(&c, row))
+            .collect();
+        let c = c * &s.inverse;
+        self.groups = s
+            .groups
+            .iter()
+            .enumerate()
+            .map(|(g, states)| {
+                let square = |m: &DMatrix<f64>| {
+                    let mut m = m.select_rows(states).select_columns(states);
+                    symmetrise(&mut m);
+                    m
+                };
+                let channels: Vec<usize> = (0..owner.len()).filter(|&i| owner[i] == g).collect();
+                let r = self
+                    .model
+                    .r
+                    .select_rows(&channels)
+                    .select_columns(&channels);
+                let columns = s.inverse.select_columns(states);
+                let mut out = Vec::new();
+                for (i, row) in columns.row_iter().enumerate() {
+                    out.extend(
+                        (0..row.len())
+                            .filter(|&k| row[k] != 0.0)
+                            .map(|k| (i, k, row[k])),
+                    );
+                }
+                let (mean, p) = (y.select_rows(states), square(&p));
+                Group {
+                    c: c.select_rows(&channels).select_columns(states),
+                    independent: (0..r.nrows()).all(|i| (0..i).all(|j| r[(i, j)] == 0.0)),
+                    r,
+                    out,
+                    steps: Steps::new(a.select_rows(states).select_columns(states), square(&q)),
+                    prior: square(&start),
+                    now: Belief {
+                        predicted: (mean.clone(), p.clone()),
+                        cross: DMatrix::zeros(p.nrows(), p.nrows()),
+                        mean,
+                        p,
+                    },
+                    states: states.clone(),
+                    channels,
+                }
+            })
+            .collect();
+        Ok(())
+    }
+
+    /// x = M⁻¹ y, for the means and covariances of all groups.
+    fn assemble(&mut self) {
+        self.belief.mean.fill(0.0);
+        self.belief.covariance.fill(0.0);
+        self.predicted.mean.fill(0.0);
+        self.predicted.covariance.fill(0.0);
+        self.cross.fill(0.0);
+        for g in &self.groups {
+            spread(&mut self.belief, g, &g.now.mean, &g.now.p);
+            spread(
+                &mut self.predicted,
+                g,
+                &g.now.predicted.0,
+                &g.now.predicted.1,
+            );
+            add_block(&mut self.cross, g, &g.now.cross);
+        }
+    }
+}
+
+impl Filter for BlockFilter {
+    fn name(&self) -> &'static str {
+        "block"
+    }
+
+    fn space(&self) -> &dyn AnyStateSpace {
+        &*self.model.space
+    }
+
+    fn predict(&mut self, u: &[f64], dt: f64) -> Result<(), FilterError> {
+        self.model.check_step(u, dt, self.time)?;
+        let drive = &self.structure.basis * drive(&self.model, u)?;
+        let mut next = Vec::with_capacity(self.groups.len());
+        for g in &mut self.groups {
+            let step = g.steps.get(dt)?;
+            let mean = &step.a * &g.now.mean + &step.gamma * drive.select_rows(&g.states);
+            let cross = &g.now.p * step.a.transpose();
+            let mut p = &step.a * &cross + &step.q;
+            symmetrise(&mut p);
+            crate::gaussian::check_finite("mean", mean.as_slice())?;
+            crate::gaussian::check_finite("covariance", p.as_slice())?;
+            next.push(Belief {
+                predicted: (mean.clone(), p.clone()),
+                mean,
+                p,
+                cross,
+            });
+        }
+        for (g, now) in self.groups.iter_mut().zip(next) {
+            g.now = now;
+        }
+        self.assemble();
+        self.time += dt;
+        self.watch.elapse(dt);
+        Ok(())
+    }
+
+    fn update(&mut self, z: &Measurement) -> Result<Innovation, FilterError> {
+        let channels = self.offset.len();
+        if z.len() != channels {
+            return Err(FilterError::Size {
+                what: "measurement",
+                expected: channels,
+                found: z.len(),
+            });
+        }
+        let mut innovation = Innovation::empty(channels);
+        let mut watch = self.watch.clone();
+        let mut next = Vec::with_capacity(self.groups.len());
+        for g in &self.groups {
+            let now = update_group(
+                g,
+                z,
+                &self.offset,
+                &self.model.config,
+                &mut watch,
+                &mut innovation,
+            )
+            .map_err(|channel| FilterError::SingularInnovation {
+                channel: self.model.channel(channel),
+            })?;
+            crate::gaussian::check_finite("mean", now.mean.as_slice())?;
+            next.push(now);
+        }
+        for (g, now) in self.groups.iter_mut().zip(next) {
+            g.now = now;
+        }
+        innovation.resets.sort_unstable();
+        self.watch = watch;
+        self.assemble();
+        Ok(innovation)
+    }
+
+    fn belief(&self) -> &Gaussian {
+        &self.belief
+    }
+
+    fn predicted(&self) -> &Gaussian {
+        &self.predicted
+    }
+
+    fn cross_covariance(&self) -> &DMatrix<f64> {
+        &self.cross
+    }
+
+    fn restart(&mut self, belief: Gaussian) -> Result<(), FilterError> {
+        let n = self.belief.dim();
+        if belief.dim() != n {
+            return Err(FilterError::Size {
+                what: "belief",
+                expected: n,
+                found: belief.dim(),
+            });
+        }
+        let belief = Gaussian::new(belief.mean, belief.covariance)?;
+        // Another belief may couple what the prior did not.
+        (self.structure, self.couplings) = Structure::of(&*self.model.space, &belief.covariance)?;
+        self.belief = belief.clone();
+        self.predicted = belief;
+        self.cross.fill(0.0);
+        self.split()?;
+        self.watch.restart();
+        self.time = 0.0;
+        Ok(())
+    }
+
+    fn resets(&self) -> &[usize] {
+        &self.watch.resets
+    }
+
+    fn couplings(&self) -> &[Coupling] {
+        &self.couplings
+    }
+}

@@ -1,0 +1,91 @@
+//! Per-channel weights, rejection clocks and covariance resets.
+
+use nalgebra::DMatrix;
+
+use crate::config::FilterConfig;
+use crate::measurement::Innovation;
+
+/// Rejection clock and reset count of each channel.
+#[derive(Clone, Debug)]
+pub(crate) struct Watch {
+    /// Time of unbroken rejection \[s\]; `None` while the channel is accepted.
+    rejected_for: Vec<Option<f64>>,
+    pub(crate) resets: Vec<usize>,
+}
+
+impl Watch {
+    pub(crate) fn new(channels: usize) -> Self {
+        Watch {
+            rejected_for: vec![None; channels],
+            resets: vec![0; channels],
+        }
+    }
+
+    /// Forgets the clocks, keeps the counts.
+    pub(crate) fn restart(&mut self) {
+        self.rejected_for.fill(None);
+    }
+
+    pub(crate) fn elapse(&mut self, dt: f64) {
+        for clock in self.rejected_for.iter_mut().flatten() {
+            *clock += dt;
+        }
+    }
+
+    /// Records |e| of a channel; true when its timeout has come: the clock then starts afresh.
+    pub(crate) fn timed_out(&mut self, channel: usize, e: f64, config: &FilterConfig) -> bool {
+        let Some(robust) = config.robust else {
+            return false;
+        };
+        if e.abs() <= config.gate {
+            self.rejected_for[channel] = None;
+            return false;
+        }
+        match self.rejected_for[channel] {
+            Some(time) if time >= robust.reject_timeout => {
+                self.rejected_for[channel] = None;
+                self.resets[channel] += 1;
+                true
+            }
+            Some(_) => false,
+            None => {
+                self.rejected_for[channel] = Some(0.0);
+                false
+            }
+        }
+    }
+}
+
+/// Fills residual, sd and ratio of the channels in `rows`; returns e = ν/sd of each.
+pub(crate) fn describe(
+    innovation: &mut Innovation,
+    rows: &[usize],
+    residual: &[f64],
+    s_diagonal: &[f64],
+    gate: f64,
+) -> Vec<f64> {
+    let mut normal = Vec::with_capacity(rows.len());
+    for (k, &row) in rows.iter().enumerate() {
+        let sd = s_diagonal[k].max(0.0).sqrt();
+        let e = if sd > 0.0 { residual[k] / sd } else { 0.0 };
+        innovation.residual[row] = Some(residual[k]);
+        innovation.sd[row] = Some(sd);
+        innovation.ratio[row] = Some(e.abs() / gate);
+        innovation.inflation[row] = Some(1.0);
+        normal.push(e);
+    }
+    normal
+}
+
+/// Puts the prior covariance of the states in `group` back into `p`, without correlation to the others.
+pub(crate) fn reset_group(p: &mut DMatrix<f64>, prior: &DMatrix<f64>, group: &[usize]) {
+    for &i in group {
+        p.row_mut(i).fill(0.0);
+        p.column_mut(i).fill(0.0);
+    }
+    for &i in group {
+        for &j in group {
+            p[(i, j)] = prior[(i, j)];
+        }
+    }
+}

@@ -1,0 +1,12 @@
+//! The claims of terra-ekf, each from its theorem, reference value or measured figure.
+
+#![allow(clippy::unwrap_used, clippy::panic)]
+
+mod common;
+mod consistency;
+mod driving;
+mod equivalence;
+mod logs;
+mod nonlinear;
+mod observability;
+mod propositions;

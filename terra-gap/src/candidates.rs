@@ -1,0 +1,136 @@
+//! Which effects can be asked of this log: gated by what the log declares, with the reason where not.
+
+use std::sync::Arc;
+
+use terra_data::Rover;
+use terra_model::{AnyEffect, Law, Registry, Scope};
+
+use crate::dataset::DataSet;
+use crate::error::GapError;
+use crate::settings::{LogKind, Settings};
+
+/// Effects to weigh, and those that were not asked with the reason.
+#[derive(Clone, Default)]
+pub(crate) struct Candidates {
+    /// To be weighed; forms of one effect side by side.
+    pub effects: Vec<Arc<dyn AnyEffect>>,
+    /// Name and reason.
+    pub not_asked: Vec<(String, String)>,
+}
+
+/// Gates the registry's effects.
+///
+/// # Errors
+/// An unknown name in the settings.
+pub(crate) fn gate(
+    registry: &Registry,
+    law: &Law,
+    data: &DataSet,
+    rover: &Rover,
+    kind: LogKind,
+    settings: &Settings,
+) -> Result<Candidates, GapError> {
+    if let Some(names) = &settings.effects {
+        for name in names {
+            registry.effect(name)?;
+        }
+    }
+    let mut out = Candidates::default();
+    for effect in registry.effects() {
+        let name = effect.name();
+        if settings
+            .effects
+            .as_ref()
+            .is_some_and(|names| !names.iter().any(|n| n == name))
+        {
+            continue;
+        }
+        match reason_against(effect, law, data, rover, kind) {
+            None => out.effects.push(Arc::clone(effect)),
+            Some(reason) => out.not_asked.push((name.to_owned(), reason)),
+        }
+    }
+    Ok(out)
+}
+
+fn reason_against(
+    effect: &Arc<dyn AnyEffect>,
+    law: &Law,
+    data: &DataSet,
+    rover: &Rover,
+    kind: LogKind,
+) -> Option<String> {
+    let has = |stem: &str| data.channels.iter().any(|c| c.name.starts_with(stem));
+    match (effect.scope(), kind) {
+        (Scope::Drive, LogKind::Rig) => return Some("shows only on a vehicle".to_owned()),
+        (Scope::Rig, LogKind::Drive) => return Some("shows only on a rig".to_owned()),
+        _ => {}
+    }
+    if law.effects().iter().any(|e| e.name() == effect.name()) {
+        return Some("already in the nominal model".to_owned());
+    }
+    if let Err(e) = law.with_effects([Arc::clone(effect)]) {
+        return Some(e.to_string());
+    }
+    let torque = has("torque") || has("wheel_torque");
+    let missing = match effect.name() {
+        "torque-scale"
+        | "torque-bias"
+        | "torque-droop"
+        | "drivetrain-coulomb-friction"
+        | "drivetrain-viscous-friction"
+            if !torque =>
+        {
+            "no torque in the log"
+        }
+        "drawbar-gain" | "drawbar-bias" if !has("drawbar_pull") => "no drawbar pull in the log",
+        "sinkage-bias" if !has("sinkage") => "no sinkage in the log",
+        "accel-bias" if !has("accel_x") => "no acceleration in the log",
+        "grousers"
+            if kind == LogKind::Rig
+                && data
+                    .observations
+                    .iter()
+                    .all(|o| o.condition.contains("smooth"))
+                && rover.wheel.grouser_height == 0.0 =>
+        {
+            "the log declares a smooth wheel"
+        }
+        "track-width-error" | "lateral-bulldozing" | "skid-steer-lateral-slip"
+            if !turns(data, rover) =>
+        {
+            "the log holds no turns: its yaw rate stays at the sensor's noise"
+        }
+        "multipass" if kind == LogKind::Rig && !varies(data, "pass", 0.0) => {
+            "all rows are the same pass"
+        }
+        "rate-stiffening" if kind == LogKind::Rig && !varies(data, "speed", 0.2) => {
+            "the travel speed is the same in all rows, so speed and stiffness cannot be told apart"
+        }
+        _ => return None,
+    };
+    Some(missing.to_owned())
+}
+
+/// True when the yaw rate leaves the sensor's noise; otherwise an effect of turning would only be fitted to that noise.
+fn turns(data: &DataSet, rover: &Rover) -> bool {
+    let noise = rover.noise.get("yaw_rate_rad_s").unwrap_or(0.0);
+    data.observations
+        .iter()
+        .filter_map(|o| o.factors.get("yaw_rate"))
+        .any(|r| r.abs() > 5.0 * noise.max(1e-3))
+}
+
+fn varies(data: &DataSet, factor: &str, relative: f64) -> bool {
+    let v: Vec<f64> = data
+        .observations
+        .iter()
+        .filter_map(|o| o.factors.get(factor).copied())
+        .collect();
+    let (low, high) = v
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| {
+            (a.min(*x), b.max(*x))
+        });
+    high - low > relative * low.abs()
+}

@@ -1,0 +1,196 @@
+//! From evidences to probabilities, and the set of answers that holds 90 % of them.
+
+use crate::evidence::log_sum_exp;
+use crate::settings::{LogKind, Settings};
+use crate::setup::{ADEQUATE, LOOK_ALIKE, Screened};
+use crate::weigh::Weighed;
+
+/// What kind of answer a cause is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CauseKind {
+    /// One effect.
+    Effect,
+    /// Several effects together.
+    Combination,
+    /// Another terrain model.
+    Structure,
+}
+
+/// One rival explanation with its probability.
+#[derive(Clone, Debug)]
+pub struct Cause {
+    /// `effect`, `effect+effect` (alphabetical), or `structure:model`.
+    pub name: String,
+    /// Kind.
+    pub kind: CauseKind,
+    /// Probability among all answers.
+    pub probability: f64,
+    /// ln Z less that of the nominal model.
+    pub log_evidence_gain: f64,
+    /// Share of its signature that a re-fit of the soil absorbs; none for structures and combinations.
+    pub absorbed: Option<f64>,
+    /// λ = h s²: how much of it this data could show.
+    pub power: Option<f64>,
+    /// Form with the largest evidence.
+    pub form: String,
+    /// Effects with nearly the same signature on this data.
+    pub indistinguishable_from: Vec<String>,
+    /// Best-fitting version.
+    pub weighed: Weighed,
+}
+
+/// All answers with their probabilities.
+#[derive(Clone, Debug)]
+pub(crate) struct Ranking {
+    /// Sorted by probability.
+    pub causes: Vec<Cause>,
+    /// Probability that nothing is missing.
+    pub probability_none: f64,
+    /// Probability that something unknown is.
+    pub probability_unknown: f64,
+    /// Smallest set of answers that holds 90 %.
+    pub set: Vec<String>,
+}
+
+/// Probability a set must hold.
+const SET_PROBABILITY: f64 = 0.9;
+/// Prior of a pair relative to a single.
+const PAIR_PRIOR: f64 = 0.1;
+
+/// Ranks all rivals.
+pub(crate) fn rank(
+    null: &Weighed,
+    singles: &[(usize, Vec<Weighed>)],
+    structures: &[Weighed],
+    pairs: &[Weighed],
+    log_unknown: f64,
+    screen: &[Screened],
+    settings: &Settings,
+    kind: LogKind,
+) -> Ranking {
+    let mut causes: Vec<Cause> = vec![];
+    // Forms of one name are averaged: each (effect form, structure) has an equal share of the name's prior.
+    let mut names: Vec<&str> = singles
+        .iter()
+        .map(|(k, _)| screen[*k].name.as_str())
+        .collect();
+    names.dedup();
+    names.sort_unstable();
+    names.dedup();
+    for name in names {
+        let forms: Vec<(usize, &Weighed)> = singles
+            .iter()
+            .filter(|(k, _)| screen[*k].name == name)
+            .flat_map(|(k, w)| w.iter().map(move |w| (*k, w)))
+            .collect();
+        let Some((k, best)) = forms
+            .iter()
+            .max_by(|a, b| a.1.log_evidence.total_cmp(&b.1.log_evidence))
+        else {
+            continue;
+        };
+        let evidence =
+            log_sum_exp(forms.iter().map(|f| f.1.log_evidence)) - (forms.len() as f64).ln();
+        let score = &screen[*k].score;
+        let alike = screen
+            .iter()
+            .filter(|s| s.name != name && s.score.cosine(score).abs() > LOOK_ALIKE)
+            .map(|s| s.name.clone())
+            .collect();
+        let s = best.fit.x[best.fit.x.len() - 1];
+        causes.push(Cause {
+            name: name.to_owned(),
+            kind: CauseKind::Effect,
+            probability: 0.0,
+            log_evidence_gain: evidence - null.log_evidence,
+            absorbed: Some(score.absorbed),
+            power: Some(score.information * s * s),
+            form: screen[*k].form.clone(),
+            indistinguishable_from: alike,
+            weighed: (*best).clone(),
+        });
+    }
+    let whole = |name: String, kind, w: &Weighed| Cause {
+        name,
+        kind,
+        probability: 0.0,
+        log_evidence_gain: w.log_evidence - null.log_evidence,
+        absorbed: None,
+        power: None,
+        form: "default".to_owned(),
+        indistinguishable_from: vec![],
+        weighed: w.clone(),
+    };
+    causes.extend(structures.iter().map(|w| {
+        whole(
+            format!("structure:{}", w.hypothesis.law.model().name()),
+            CauseKind::Structure,
+            w,
+        )
+    }));
+    causes.extend(
+        pairs
+            .iter()
+            .map(|w| whole(w.hypothesis.effect_name(), CauseKind::Combination, w)),
+    );
+
+    let weights: Vec<f64> = causes
+        .iter()
+        .map(|c| {
+            if c.kind == CauseKind::Combination {
+                PAIR_PRIOR
+            } else {
+                1.0
+            }
+        })
+        .collect();
+    let (none, unknown) = (settings.gap.prior_none, settings.gap.prior_unknown);
+    let rest = (1.0 - none - unknown).max(0.0) / weights.iter().sum::<f64>().max(1.0);
+    let mut logs: Vec<f64> = causes
+        .iter()
+        .zip(&weights)
+        .map(|(c, w)| (w * rest).ln() + c.log_evidence_gain)
+        .collect();
+    logs.push(none.ln());
+    logs.push(unknown.ln() + log_unknown - null.log_evidence);
+    let total = log_sum_exp(logs.iter().copied());
+    let p: Vec<f64> = logs.iter().map(|l| (l - total).exp()).collect();
+    for (c, p) in causes.iter_mut().zip(&p) {
+        c.probability = *p;
+    }
+    let (mut probability_none, mut probability_unknown) = (p[causes.len()], p[causes.len() + 1]);
+    if kind == LogKind::Rig && null.chi2_per_value() > ADEQUATE {
+        // "None" means nothing beyond noise and parameters. Where only a discrepancy of form makes the nominal model
+        // fit, what is missing is unknown.
+        probability_unknown += probability_none;
+        probability_none = 0.0;
+    }
+    causes.sort_by(|a, b| {
+        b.probability
+            .total_cmp(&a.probability)
+            .then_with(|| a.name.cmp(&b.name))
+    });
+
+    let mut answers: Vec<(f64, String)> = causes
+        .iter()
+        .map(|c| (c.probability, c.name.clone()))
+        .collect();
+    answers.push((probability_none, "none".to_owned()));
+    answers.push((probability_unknown, "unknown".to_owned()));
+    answers.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let mut held = 0.0;
+    let mut set = vec![];
+    for (p, name) in answers {
+        if held >= SET_PROBABILITY {
+            break;
+        }
+        held += p;
+        set.push(name);
+    }
+    Ranking {
+        causes,
+        probability_none,
+        probability_unknown,
+        set,
+    }
+}

@@ -1,0 +1,258 @@
+//! Screen, then joint fits: of single effects, and of pairs around the best of them.
+
+use std::sync::Arc;
+
+use rayon::prelude::*;
+use terra_model::AnyEffect;
+
+use crate::dataset::{DataSet, Predictor};
+use crate::fit::{Fit, evaluate};
+use crate::hypothesis::Hypothesis;
+use crate::noise::Whitener;
+use crate::screen::{Score, Tangent};
+use crate::settings::LogKind;
+use crate::setup::{Screened, Setup};
+use crate::weigh::{Amplitudes, Weighed, weigh};
+
+/// Nats from the best within which a screened effect is confirmed.
+const CONFIRM_WITHIN: f64 = 10.0;
+/// Effects confirmed at least.
+const CONFIRM_AT_LEAST: usize = 5;
+/// Effects that get partners.
+const PAIR_SEEDS: usize = 3;
+/// Pairs confirmed around each.
+const PAIRS_PER_SEED: usize = 4;
+/// Nats by which a pair must beat its better half: a raw threshold, to be replaced by a calibrated one.
+const SECOND_CAUSE: f64 = 3.0;
+/// The same against the noise alone, where an inadequate nominal model asks for a second cause.
+const SECOND_CAUSE_PLAIN: f64 = 7.5;
+
+pub(crate) type Asked = Vec<Arc<dyn AnyEffect>>;
+
+/// Screens every candidate at the null fit; effects without a trace are set aside with that reason.
+pub(crate) fn screen_all<P: Predictor>(
+    data: &DataSet,
+    predictor: &P,
+    null: &Hypothesis,
+    fit: &Fit,
+    effects: &[Arc<dyn AnyEffect>],
+    whitener: &Whitener,
+    not_asked: &mut Vec<(String, String)>,
+) -> (Vec<Screened>, Asked) {
+    let Ok(base) = evaluate(data, predictor, null, fit.x.as_slice()) else {
+        return (vec![], vec![]);
+    };
+    let at_null = Fit {
+        residual: whitener.apply_vector(&base.residual),
+        jacobian: whitener.apply(&base.jacobian),
+        ..fit.clone()
+    };
+    let tangent = Tangent::of(&at_null);
+    let scores: Vec<Result<Score, String>> = effects
+        .par_iter()
+        .map(|effect| {
+            let h = null.with(Arc::clone(effect)).map_err(|e| e.to_string())?;
+            let mut x = fit.x.as_slice().to_vec();
+            x.resize(h.len(), 0.0);
+            let s = evaluate(data, predictor, &h, &x).map_err(|e| e.to_string())?;
+            let column = whitener.apply_vector(&s.jacobian.column(null.len()).into_owned());
+            if !column.iter().all(|v| v.is_finite()) {
+                return Err("its signature is not finite on this data".to_owned());
+            }
+            if column.norm_squared() < 1e-8 {
+                return Err("leaves no trace in these channels".to_owned());
+            }
+            let one_sided = effect.params().first().is_some_and(|p| p.min == 0.0);
+            Ok(tangent.score(column, one_sided))
+        })
+        .collect();
+    let mut screen = vec![];
+    let mut asked = vec![];
+    for (effect, score) in effects.iter().zip(scores) {
+        match score {
+            Ok(score) => {
+                screen.push(Screened {
+                    name: effect.name().to_owned(),
+                    form: effect.form().to_owned(),
+                    score,
+                });
+                asked.push(Arc::clone(effect));
+            }
+            Err(reason) => not_asked.push((effect.name().to_owned(), reason)),
+        }
+    }
+    (screen, asked)
+}
+
+/// Confirms singles by joint fits, under the nominal structure and (on a rig) under every other one.
+pub(crate) fn confirm_singles<P: Predictor>(
+    data: &DataSet,
+    predictor: &P,
+    setup: &Setup<'_>,
+    null: &Hypothesis,
+    null_weighed: &Weighed,
+    levels: &Amplitudes,
+    screen: &[Screened],
+    asked: &Asked,
+) -> Vec<(usize, Vec<Weighed>)> {
+    let mut order: Vec<usize> = (0..asked.len()).collect();
+    order.sort_by(|&a, &b| {
+        screen[b]
+            .score
+            .log_bayes_factor
+            .total_cmp(&screen[a].score.log_bayes_factor)
+    });
+    let best = order
+        .first()
+        .map_or(0.0, |&k| screen[k].score.log_bayes_factor);
+    // Contrasts on rigs are large and the linear screen may only order work there, never exclude.
+    let confirmed: Vec<usize> = order
+        .iter()
+        .enumerate()
+        .filter(|(rank, k)| {
+            setup.kind == LogKind::Rig
+                || *rank < CONFIRM_AT_LEAST
+                || screen[**k].score.log_bayes_factor > best - CONFIRM_WITHIN
+        })
+        .map(|(_, k)| *k)
+        .collect();
+    confirmed
+        .par_iter()
+        .filter_map(|&k| {
+            let effect = &asked[k];
+            let mut bases = vec![(null.clone(), null_weighed.fit.x.as_slice().to_vec())];
+            if setup.kind == LogKind::Rig {
+                for (law, soil) in &setup.structures {
+                    let h = Hypothesis::null(law.clone(), Arc::clone(soil));
+                    bases.push((h.clone(), vec![0.0; h.len()]));
+                }
+            }
+            let weighed: Vec<Weighed> = bases
+                .into_iter()
+                .filter_map(|(base, x)| {
+                    let h = base.with(Arc::clone(effect)).ok()?;
+                    let mut near = x.clone();
+                    near.resize(h.len(), screen[k].score.magnitude.clamp(-3.0, 3.0));
+                    let mut off = x;
+                    off.resize(h.len(), 0.0);
+                    let mut other = vec![0.0; base.len()];
+                    other.resize(h.len(), 1.0);
+                    let starts = match setup.kind {
+                        LogKind::Rig => vec![near, off, other],
+                        LogKind::Drive => vec![near],
+                    };
+                    weigh(data, predictor, &h, levels, &starts).ok()
+                })
+                .collect();
+            (!weighed.is_empty()).then_some((k, weighed))
+        })
+        .collect()
+}
+
+/// Best partners of the best singles, screened around them, then fitted jointly.
+pub(crate) fn confirm_pairs<P: Predictor>(
+    data: &DataSet,
+    predictor: &P,
+    null: &Hypothesis,
+    levels: &Amplitudes,
+    singles: &[(usize, Vec<Weighed>)],
+    asked: &Asked,
+    whitener: &Whitener,
+    kind: LogKind,
+) -> Vec<Weighed> {
+    let mut seeds: Vec<(usize, &Weighed)> = singles
+        .iter()
+        .filter_map(|(k, w)| Some((*k, w.first()?)))
+        .collect();
+    let by = |evidence: fn(&Weighed) -> f64| {
+        let mut order = seeds.clone();
+        order.sort_by(|a, b| evidence(b.1).total_cmp(&evidence(a.1)));
+        order.truncate(PAIR_SEEDS);
+        order
+    };
+    let mut chosen = by(|w| w.log_evidence);
+    for seed in by(|w| w.plain_log_evidence) {
+        if chosen.iter().all(|c| c.0 != seed.0) {
+            chosen.push(seed);
+        }
+    }
+    seeds = chosen;
+    let jobs: Vec<(usize, usize, Vec<f64>)> = seeds
+        .iter()
+        .flat_map(|(first, weighed)| {
+            let partners: Asked = asked
+                .iter()
+                .filter(|e| e.name() != asked[*first].name())
+                .map(Arc::clone)
+                .collect();
+            let (screen, kept) = screen_all(
+                data,
+                predictor,
+                &weighed.hypothesis,
+                &weighed.plain,
+                &partners,
+                whitener,
+                &mut vec![],
+            );
+            let mut order: Vec<usize> = (0..kept.len()).collect();
+            order.sort_by(|&a, &b| {
+                screen[b]
+                    .score
+                    .log_bayes_factor
+                    .total_cmp(&screen[a].score.log_bayes_factor)
+            });
+            order
+                .into_iter()
+                .take(PAIRS_PER_SEED)
+                .filter_map(|k| {
+                    let second = asked
+                        .iter()
+                        .position(|e| e.name() == kept[k].name() && e.form() == kept[k].form())?;
+                    let mut start = weighed.plain.x.as_slice().to_vec();
+                    start.push(screen[k].score.magnitude.clamp(-3.0, 3.0));
+                    Some((*first, second, start))
+                })
+                .collect::<Vec<_>>()
+        })
+        .collect();
+    let mut seen: Vec<(usize, usize)> = vec![];
+    let mut unique = vec![];
+    for (a, b, start) in jobs {
+        let key = (a.min(b), a.max(b));
+        if !seen.contains(&key) {
+            seen.push(key);
+            unique.push((a, b, start));
+        }
+    }
+    unique
+        .par_iter()
+        .filter_map(|(a, b, start)| {
+            let h = null
+                .with(Arc::clone(&asked[*a]))
+                .ok()?
+                .with(Arc::clone(&asked[*b]))
+                .ok()?;
+            let mut off = start.clone();
+            if let Some(last) = off.last_mut() {
+                *last = 0.0;
+            }
+            let starts = match kind {
+                LogKind::Rig => vec![start.clone(), off],
+                LogKind::Drive => vec![start.clone()],
+            };
+            let pair = weigh(data, predictor, &h, levels, &starts).ok()?;
+            // A second cause must earn its place against the better of the two alone.
+            let alone = |evidence: fn(&Weighed) -> f64| {
+                singles
+                    .iter()
+                    .filter(|(k, _)| k == a || k == b)
+                    .filter_map(|(_, w)| w.first())
+                    .map(evidence)
+                    .fold(f64::NEG_INFINITY, f64::max)
+            };
+            let earned = pair.log_evidence > alone(|w| w.log_evidence) + SECOND_CAUSE
+                || pair.plain_log_evidence > alone(|w| w.plain_log_evidence) + SECOND_CAUSE_PLAIN;
+            earned.then_some(pair)
+        })
+        .collect()
+}

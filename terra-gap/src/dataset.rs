@@ -1,0 +1,136 @@
+//! The measured data as the diagnosis core sees it: observations, each a few values that belong together.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{DMatrix, DVector};
+use terra_model::{Law, Scalar};
+
+use crate::error::GapError;
+
+/// One channel of the data.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ChannelInfo {
+    /// Contract name with unit suffix (`drawbar_pull_N`).
+    pub name: String,
+    /// Unit.
+    pub unit: &'static str,
+    /// Typical size of the channel, for the amplitude of a discrepancy: W, W R, 2 median z, m g.
+    pub scale: f64,
+}
+
+/// Where in the regime an observation lies: slip, load, speed, pass, ... by name.
+pub type Factors = BTreeMap<&'static str, f64>;
+
+/// One observation: a rig row or a window of a drive.
+#[derive(Clone, Debug)]
+pub struct Observation {
+    /// Its number in the predictor.
+    pub index: usize,
+    /// Group for holding out (trial, segment, condition).
+    pub group: String,
+    /// Wheel or soil variant.
+    pub condition: String,
+    /// Line of the file or time \[s\], for messages.
+    pub place: String,
+    /// Which channel each value belongs to (index into the data set's channels).
+    pub channels: Vec<usize>,
+    /// Measured values, one a channel.
+    pub values: Vec<f64>,
+    /// 1-sigma of each raw quantity the residual depends on: values first, then inputs.
+    pub raw_sd: Vec<f64>,
+    /// Regime.
+    pub factors: Factors,
+}
+
+/// The residual of one observation as a function of the raw measurements, so that input noise can be propagated.
+pub(crate) trait Predictor: Sync + Send + Sized {
+    /// Number of raw quantities (values, then inputs) of an observation.
+    fn raw(&self, index: usize) -> Vec<f64>;
+
+    /// Residual `values - prediction` at raw measurements `raw` and parameters `p` of the law.
+    ///
+    /// # Errors
+    /// A typed error where the model has no answer.
+    fn residual<T: Scalar>(
+        &self,
+        law: &Law,
+        p: &[T],
+        index: usize,
+        raw: &[T],
+    ) -> Result<Vec<T>, GapError>;
+
+    /// Experiments that could be made with this vehicle or rig, as variations of the data at hand.
+    fn designs(&self, data: &DataSet) -> Vec<Design<Self>>;
+}
+
+/// Everything measured, with its channels.
+#[derive(Clone, Debug)]
+pub struct DataSet {
+    /// Channels in use.
+    pub channels: Vec<ChannelInfo>,
+    /// Observations.
+    pub observations: Vec<Observation>,
+    /// What was left out, by reason.
+    pub dropped: BTreeMap<String, usize>,
+    /// What the reader of a result should know.
+    pub notes: Vec<String>,
+}
+
+impl DataSet {
+    /// Number of measured values.
+    pub fn len(&self) -> usize {
+        self.observations.iter().map(|o| o.values.len()).sum()
+    }
+
+    /// True without values.
+    pub fn is_empty(&self) -> bool {
+        self.observations.is_empty()
+    }
+
+    /// The same data with only some observations.
+    #[must_use]
+    pub fn subset(&self, keep: &[usize]) -> Self {
+        DataSet {
+            observations: keep.iter().map(|&i| self.observations[i].clone()).collect(),
+            ..self.clone()
+        }
+    }
+
+    /// Names of the groups in order of appearance.
+    pub fn groups(&self) -> Vec<String> {
+        let mut groups: Vec<String> = Vec::new();
+        for o in &self.observations {
+            if !groups.contains(&o.group) {
+                groups.push(o.group.clone());
+            }
+        }
+        groups
+    }
+
+    /// Observation and channel of each stacked value.
+    pub fn stacked(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
+        self.observations
+            .iter()
+            .enumerate()
+            .flat_map(|(i, o)| o.channels.iter().map(move |&c| (i, c)))
+    }
+}
+
+/// Residual and Jacobian of stacked values.
+#[derive(Clone, Debug)]
+pub(crate) struct Stacked {
+    /// values - prediction (n).
+    pub residual: DVector<f64>,
+    /// d prediction / d fit vector (n x d).
+    pub jacobian: DMatrix<f64>,
+}
+
+/// One design: what to do, and the data set it would give with the predictor of its rows.
+pub(crate) struct Design<P> {
+    /// In words.
+    pub manoeuvre: String,
+    /// Its observations; measured values are not used.
+    pub data: DataSet,
+    /// Their predictor.
+    pub predictor: P,
+}

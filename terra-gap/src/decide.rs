@@ -1,0 +1,115 @@
+//! From probabilities to words.
+
+use crate::cause::{Cause, CauseKind, Ranking};
+use crate::fit::Fit;
+use crate::hypothesis::Hypothesis;
+use crate::settings::LogKind;
+use crate::setup::ADEQUATE;
+use crate::weigh::Weighed;
+
+/// Nats that the best of thirty effects gains on a log without any: below it nothing is said to be missing.
+const NULL_GAIN: f64 = 3.0;
+/// Nats within which explanations are equally near.
+const NEAREST: f64 = 5.0;
+
+/// What the diagnosis says.
+pub(crate) struct Decision {
+    pub(crate) verdict: &'static str,
+    pub(crate) reason: Option<String>,
+    pub(crate) nearest: Vec<String>,
+    pub(crate) accepted: Option<(Hypothesis, Fit)>,
+    pub(crate) accepted_names: Vec<String>,
+}
+
+/// From probabilities to words. A failed gate turns a name into `unknown`, never the reverse.
+pub(crate) fn decide(ranking: &Ranking, null: &Weighed, kind: LogKind) -> Decision {
+    let mut out = Decision {
+        verdict: "none",
+        reason: None,
+        nearest: vec![],
+        accepted: None,
+        accepted_names: vec![],
+    };
+    let causes = &ranking.causes;
+    let gated = kind == LogKind::Rig;
+    let null_chi2 = null.chi2_per_value();
+    let named: Vec<&Cause> = causes
+        .iter()
+        .filter(|c| ranking.set.contains(&c.name))
+        .collect();
+    let best = named.first().map_or(0.0, |c| c.probability);
+    let (none, unknown) = (ranking.probability_none, ranking.probability_unknown);
+
+    if gated && null_chi2 > ADEQUATE && unknown > best {
+        // A smooth error of the wheel law's form would do as well as any name, but noise alone does not explain the
+        // misfit: say which known effects come closest to explaining it within the noise.
+        let closest = nearest(causes);
+        out.verdict = "unknown";
+        out.reason = Some(format!(
+            "form unknown: after re-fitting the soil the misfit is chi2/n = {null_chi2:.1} (adequate is up to {ADEQUATE}), but a smooth error of the wheel law's form explains it about as well as any known effect"
+        ));
+        out.nearest = closest.iter().map(|c| c.name.clone()).collect();
+        if let Some(c) = closest.first() {
+            accept(&mut out, c);
+        }
+    } else if none >= best && none >= unknown {
+        let gain = causes
+            .iter()
+            .map(|c| c.log_evidence_gain)
+            .fold(f64::NEG_INFINITY, f64::max);
+        out.verdict = if ranking.set.len() == 1 || gain < NULL_GAIN {
+            "none"
+        } else {
+            "ambiguous"
+        };
+    } else if unknown >= best {
+        out.verdict = if ranking.set.len() == 1 {
+            "unknown"
+        } else {
+            "ambiguous"
+        };
+        out.nearest = causes.iter().take(3).map(|c| c.name.clone()).collect();
+        out.reason = Some("no known effect explains the gap".to_owned());
+    } else if let Some(top) = named.first() {
+        let chi2 = top.weighed.chi2_per_value();
+        if gated && chi2 > ADEQUATE {
+            out.verdict = "unknown";
+            out.nearest = named.iter().map(|c| c.name.clone()).collect();
+            out.reason = Some(format!(
+                "form unknown: the best known explanation still misfits by chi2/n = {chi2:.1} (adequate is up to {ADEQUATE}; the re-fitted nominal model has {null_chi2:.1})"
+            ));
+        } else {
+            out.verdict = if ranking.set.len() == 1 {
+                "named"
+            } else {
+                "ambiguous"
+            };
+        }
+        accept(&mut out, top);
+    }
+    out
+}
+
+/// Causes within [`NEAREST`] nats of the best against the noise alone, at most five, best first.
+fn nearest(causes: &[Cause]) -> Vec<&Cause> {
+    let mut order: Vec<&Cause> = causes.iter().collect();
+    order.sort_by(|a, b| {
+        b.weighed
+            .plain_log_evidence
+            .total_cmp(&a.weighed.plain_log_evidence)
+    });
+    let best = order.first().map_or(0.0, |c| c.weighed.plain_log_evidence);
+    order.retain(|c| c.weighed.plain_log_evidence > best - NEAREST);
+    order.truncate(5);
+    order
+}
+
+fn accept(out: &mut Decision, cause: &Cause) {
+    let h = &cause.weighed.hypothesis;
+    out.accepted_names = match cause.kind {
+        CauseKind::Structure => vec![cause.name.clone()],
+        _ => h.effects().iter().map(|e| e.name().to_owned()).collect(),
+    };
+    out.accepted_names.sort_unstable();
+    out.accepted = Some((h.clone(), cause.weighed.plain.clone()));
+}

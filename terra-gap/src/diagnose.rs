@@ -1,0 +1,343 @@
+//! The diagnosis from end to end: gate, null re-fit, screen, confirm, combine, unknown, hold out, decide.
+
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
+use crate::candidates::{Candidates, gate};
+use crate::cause::{Cause, rank};
+use crate::confirm::{confirm_pairs, confirm_singles, screen_all};
+use crate::dataset::{DataSet, Predictor};
+use crate::decide::decide;
+use crate::error::GapError;
+use crate::fit::{Fit, residual};
+use crate::holdout::{HeldOut, HoldOut, hold_out};
+use crate::hypothesis::Hypothesis;
+use crate::locate::{Place, places};
+use crate::next::{Experiment, suggest};
+use crate::null::{drop_unanswered, refit, starts_of};
+use crate::settings::{LogKind, Settings};
+use crate::setup::{ADEQUATE, Screened, Setup};
+use crate::unknown;
+use crate::weigh::{Amplitudes, Weighed, unknown_amplitudes, weigh};
+
+/// Misfit per value at each step of the way.
+#[derive(Clone, Debug, Default)]
+pub struct Waterfall {
+    /// Nominal simulator as given; none where it has no answer.
+    pub as_given: Option<f64>,
+    /// After the soil was re-fitted.
+    pub refitted: Option<f64>,
+    /// With the accepted effects.
+    pub after: Option<f64>,
+}
+
+/// All that a diagnosis found.
+pub struct Diagnosis {
+    /// The data it used.
+    pub data: DataSet,
+    /// Kind of log.
+    pub kind: LogKind,
+    /// Name of the nominal law.
+    pub model: String,
+    /// Nominal law re-fitted, noise only.
+    pub null: Option<(Hypothesis, Fit)>,
+    /// Accepted law, noise only.
+    pub accepted: Option<(Hypothesis, Fit)>,
+    /// Rivals in order of probability.
+    pub causes: Vec<Cause>,
+    /// Probability that nothing is missing.
+    pub probability_none: f64,
+    /// Probability that something unknown is.
+    pub probability_unknown: f64,
+    /// Smallest set of answers with 90 % probability.
+    pub set: Vec<String>,
+    /// none, named, ambiguous, unknown, unidentifiable.
+    pub verdict: &'static str,
+    /// Why, where the verdict needs a reason.
+    pub reason: Option<String>,
+    /// The set that comes closest when no form fits well enough to be named.
+    pub nearest: Vec<String>,
+    /// Names of the accepted effects.
+    pub accepted_names: Vec<String>,
+    /// Screen of all candidates.
+    pub screen: Vec<Screened>,
+    /// Not asked, with the reason.
+    pub not_asked: Vec<(String, String)>,
+    /// Where the re-fitted nominal law differs from the data.
+    pub places: Vec<Place>,
+    /// What remains after the accepted effects.
+    pub remainder: Vec<Place>,
+    /// Misfit per value on the way.
+    pub waterfall: Waterfall,
+    /// Root mean square of the re-fitted residual per channel, in its unit.
+    pub rms: Vec<(String, f64)>,
+    /// Held-out shrinkage.
+    pub held_out: Option<HeldOut>,
+    /// Next experiments.
+    pub next: Vec<Experiment>,
+    /// Soil directions the data do not determine.
+    pub undetermined: Vec<String>,
+}
+
+impl Diagnosis {
+    fn unidentifiable(
+        data: DataSet,
+        setup: &Setup<'_>,
+        candidates: Candidates,
+        reason: String,
+    ) -> Self {
+        Diagnosis {
+            data,
+            kind: setup.kind,
+            model: terra_model::ForceLaw::name(&setup.law),
+            null: None,
+            accepted: None,
+            causes: vec![],
+            probability_none: 0.0,
+            probability_unknown: 0.0,
+            set: vec![],
+            verdict: "unidentifiable",
+            reason: Some(reason),
+            nearest: vec![],
+            accepted_names: vec![],
+            screen: vec![],
+            not_asked: candidates.not_asked,
+            places: vec![],
+            remainder: vec![],
+            waterfall: Waterfall::default(),
+            rms: vec![],
+            held_out: None,
+            next: vec![],
+            undetermined: vec![],
+        }
+    }
+}
+
+/// Diagnoses a data set.
+///
+/// # Errors
+/// An option or a configuration that makes no sense. What the data cannot tell is a verdict.
+pub(crate) fn diagnose<P: Predictor>(
+    mut data: DataSet,
+    predictor: &P,
+    setup: &Setup<'_>,
+    settings: &Settings,
+) -> Result<Diagnosis, GapError> {
+    let candidates = gate(
+        setup.registry,
+        &setup.law,
+        &data,
+        setup.rover,
+        setup.kind,
+        settings,
+    )?;
+    let null = Hypothesis::null(setup.law.clone(), Arc::clone(&setup.soil));
+    drop_unanswered(&mut data, predictor, &null, &vec![0.0; null.len()]);
+    let free = null.len();
+    if data.len() < free + 3 {
+        let dropped: Vec<String> = data
+            .dropped
+            .iter()
+            .map(|(why, n)| format!("{n} {why}"))
+            .collect();
+        let reason = format!(
+            "{} usable values for {free} soil parameters{}{}",
+            data.len(),
+            if dropped.is_empty() {
+                ""
+            } else {
+                "; left out: "
+            },
+            dropped.join(", ")
+        );
+        return Ok(Diagnosis::unidentifiable(data, setup, candidates, reason));
+    }
+
+    let (null_fit, noise, given) = match refit(&mut data, predictor, setup, &null)? {
+        Some(found) => found,
+        None => {
+            let reason = "the re-fit of the nominal model did not converge".to_owned();
+            return Ok(Diagnosis::unidentifiable(data, setup, candidates, reason));
+        }
+    };
+    let (fitted, centre) = (null_fit, vec![0.0; null.len()]);
+    let plain = noise.whitener(&data)?;
+    let n = data.len() as f64;
+    let levels = Amplitudes::new(&noise, &data, setup.kind)?;
+    let null_weighed = weigh(
+        &data,
+        predictor,
+        &null,
+        &levels,
+        &[fitted.x.as_slice().to_vec(), centre.clone()],
+    )?;
+
+    let mut not_asked = candidates.not_asked.clone();
+    let (screen, asked) = screen_all(
+        &data,
+        predictor,
+        &null,
+        &null_weighed.fit,
+        &candidates.effects,
+        &plain,
+        &mut not_asked,
+    );
+
+    let singles = confirm_singles(
+        &data,
+        predictor,
+        setup,
+        &null,
+        &null_weighed,
+        &levels,
+        &screen,
+        &asked,
+    );
+    let structures: Vec<Weighed> = setup
+        .structures
+        .par_iter()
+        .filter_map(|(law, soil)| {
+            let h = Hypothesis::null(law.clone(), Arc::clone(soil));
+            let starts = starts_of(&h, setup.kind);
+            weigh(&data, predictor, &h, &levels, &starts).ok()
+        })
+        .collect();
+    let pairs = if settings.combine >= 2 {
+        confirm_pairs(
+            &data, predictor, &null, &levels, &singles, &asked, &plain, setup.kind,
+        )
+    } else {
+        vec![]
+    };
+
+    // Unknown: a discrepancy larger than any hypothesis may use, on top of explanations that are not adequate by
+    // themselves. An adequate one with a larger discrepancy is still that explanation.
+    let mut bases: Vec<&Weighed> = singles.iter().flat_map(|(_, w)| w.iter()).collect();
+    bases.sort_by(|a, b| b.log_evidence.total_cmp(&a.log_evidence));
+    bases.truncate(3);
+    bases.retain(|w| setup.kind == LogKind::Drive || w.chi2_per_value() > ADEQUATE);
+    bases.push(&null_weighed);
+    let log_unknown = bases
+        .iter()
+        .map(|w| {
+            w.plain_log_evidence
+                + unknown::gain(&data, &w.plain, &plain, unknown_amplitudes(setup.kind))
+        })
+        .fold(f64::NEG_INFINITY, f64::max);
+
+    let ranking = rank(
+        &null_weighed,
+        &singles,
+        &structures,
+        &pairs,
+        log_unknown,
+        &screen,
+        settings,
+        setup.kind,
+    );
+    let decision = decide(&ranking, &null_weighed, setup.kind);
+
+    let raw_null = residual(&data, predictor, &null, fitted.x.as_slice())?;
+    let rms = channel_rms(&data, raw_null.as_slice());
+    let found = places(&data, &fitted, raw_null.as_slice());
+    let (mut held, mut remainder, mut after) = (None, vec![], None);
+    if let Some((h, f)) = &decision.accepted {
+        let by = settings
+            .hold_out
+            .unwrap_or_else(|| default_hold_out(&data, setup.kind));
+        held = Some(hold_out(
+            &data,
+            predictor,
+            &noise,
+            (&null, fitted.x.as_slice()),
+            (h, f.x.as_slice()),
+            by,
+        )?);
+        let raw = residual(&data, predictor, h, f.x.as_slice())?;
+        remainder = places(&data, f, raw.as_slice());
+        after = Some(f.chi2() / n);
+    }
+    let next = suggest(&data, predictor, &null_weighed, &ranking);
+    let undetermined = undetermined(&null, &fitted);
+    Ok(Diagnosis {
+        kind: setup.kind,
+        model: terra_model::ForceLaw::name(&setup.law),
+        waterfall: Waterfall {
+            as_given: Some(given / n),
+            refitted: Some(fitted.chi2() / n),
+            after,
+        },
+        null: Some((null, fitted)),
+        accepted: decision.accepted,
+        accepted_names: decision.accepted_names,
+        causes: ranking.causes,
+        probability_none: ranking.probability_none,
+        probability_unknown: ranking.probability_unknown,
+        set: ranking.set,
+        verdict: decision.verdict,
+        reason: decision.reason,
+        nearest: decision.nearest,
+        screen,
+        not_asked,
+        places: found,
+        remainder,
+        rms,
+        held_out: held,
+        next,
+        undetermined,
+        data,
+    })
+}
+
+fn default_hold_out(data: &DataSet, kind: LogKind) -> HoldOut {
+    match (data.groups().len(), kind) {
+        (0 | 1, _) => HoldOut::Slip,
+        (_, LogKind::Rig) => HoldOut::Trial,
+        (_, LogKind::Drive) => HoldOut::Segment,
+    }
+}
+
+fn channel_rms(data: &DataSet, raw: &[f64]) -> Vec<(String, f64)> {
+    data.channels
+        .iter()
+        .enumerate()
+        .map(|(c, info)| {
+            let squares: Vec<f64> = data
+                .stacked()
+                .zip(raw)
+                .filter(|((_, k), _)| *k == c)
+                .map(|(_, r)| r * r)
+                .collect();
+            (
+                info.name.clone(),
+                (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt(),
+            )
+        })
+        .collect()
+}
+
+/// Soil parameters whose posterior is hardly narrower than their prior, by name.
+fn undetermined(null: &Hypothesis, fit: &Fit) -> Vec<String> {
+    let d = fit.x.len();
+    let h = fit.jacobian.tr_mul(&fit.jacobian) + nalgebra::DMatrix::identity(d, d);
+    let mut out = vec![];
+    if null.soil.merges_stiffness() {
+        out.push("k_c, k_phi only through k_c/b + k_phi".to_owned());
+    }
+    if let Some(c) = h.cholesky() {
+        let covariance = c.inverse();
+        let names = null.soil.names();
+        let weak: Vec<String> = (0..null.soil_len())
+            .filter(|&k| covariance[(k, k)].sqrt() > 0.8)
+            .map(|k| names[k].to_owned())
+            .collect();
+        if !weak.is_empty() {
+            out.push(format!(
+                "{}: no better known than before this log",
+                weak.join(", ")
+            ));
+        }
+    }
+    out
+}

@@ -1,0 +1,246 @@
+//! Drive logs: inverse dynamics over windows.
+//!
+//! Measured motion in (speed, yaw rate, wheel speeds and their derivatives), predicted readings out: the four wheel
+//! torques, specific force, and the derivatives of speed and yaw rate. The truth simulator integrates forward and
+//! shares none of this.
+//!
+//! # Equation
+//! T_q = I_w ω_q' + T_r,q + b_w ω_q + drivetrain losses;  a_x = (Σ D + F_x)/m;  v' = a_x - g sin(pitch);
+//! r' = ((t_w/2)(D_right - D_left) - M_res r + M_z)/I_zz, loads N_f = m (g cos(pitch) l_r - h a_x)/(2 L) and so on.
+
+mod read;
+
+pub(crate) use read::from_log;
+
+use terra_model::{
+    BodyLoads, Channel, Contact, Law, ModelError, Motion, Root, Scalar, Vehicle, library_slip,
+};
+
+use crate::dataset::{DataSet, Design, Predictor};
+use crate::error::GapError;
+use crate::sensor;
+
+/// g \[m/s²\].
+pub(crate) const GRAVITY: f64 = 9.81;
+/// Speeds below which a window says nothing about slip \[m/s\].
+pub(crate) const SPEED_GATE: f64 = 0.12;
+
+/// Values of a window, in order: torques, specific force, v', r'.
+const TORQUE: usize = 0;
+const ACCEL: usize = 4;
+const SPEED_RATE: usize = 5;
+const YAW_ACCELERATION: usize = 6;
+const VALUES: usize = 7;
+/// Inputs behind the values: v, r, four ω, four ω'.
+const SPEED: usize = 7;
+const YAW_RATE: usize = 8;
+const WHEEL: usize = 9;
+const WHEEL_RATE: usize = 13;
+const RAW: usize = 17;
+
+#[derive(Clone, Debug)]
+struct Window {
+    raw: [f64; RAW],
+    /// Which of the seven values were measured.
+    measured: Vec<usize>,
+    pitch: f64,
+    payload: f64,
+    earlier_passes: f64,
+    path: f64,
+    time: f64,
+}
+
+/// Predicts windows of a drive log.
+#[derive(Clone, Debug)]
+pub(crate) struct DrivePredictor {
+    vehicle: Vehicle<f64>,
+    windows: Vec<Window>,
+}
+
+impl Predictor for DrivePredictor {
+    fn raw(&self, index: usize) -> Vec<f64> {
+        self.windows[index].raw.to_vec()
+    }
+
+    fn residual<T: Scalar>(
+        &self,
+        law: &Law,
+        p: &[T],
+        index: usize,
+        raw: &[T],
+    ) -> Result<Vec<T>, GapError> {
+        let window = &self.windows[index];
+        let mut vehicle = lift(&self.vehicle);
+        vehicle.pitch = T::from(window.pitch);
+        for (effect, e) in law.parts(p).1 {
+            vehicle = T::of_effect(&**effect).vehicle_at(e, vehicle);
+        }
+        // The operator weighed the payload; an error of the file's mass does not scale it.
+        vehicle.mass += T::from(window.payload);
+        let rate = raw[SPEED_RATE];
+        let speed = sensor::truth(law, p, Channel::GroundSpeed, raw[SPEED], rate);
+        let speed_gain = sensor::gain(law, p, Channel::GroundSpeed, raw[SPEED]);
+        let acceleration = rate / speed_gain;
+        let (yaw_rate, wheel): (T, [T; 4]) =
+            (raw[YAW_RATE], std::array::from_fn(|q| raw[WHEEL + q]));
+
+        let (sin, cos) = vehicle.pitch.sin_cos();
+        let specific = acceleration + sin * GRAVITY;
+        let to_rear = vehicle.wheelbase - vehicle.cg_to_front_axle;
+        let transfer = vehicle.cg_height * specific;
+        let share = vehicle.mass / (vehicle.wheelbase * 2.0);
+        let front = share * (to_rear * cos * GRAVITY - transfer);
+        let rear = share * (vehicle.cg_to_front_axle * cos * GRAVITY + transfer);
+
+        let mut pull = [T::zero(); 4];
+        let mut torque = [T::zero(); 4];
+        for q in 0..4 {
+            let left = q % 2 == 0;
+            let arm = vehicle.track * if left { -0.5 } else { 0.5 };
+            let travel = speed + yaw_rate * arm;
+            let rim = wheel[q] * vehicle.wheel_radius;
+            if (rim * travel).primal().any_lt(T::zero().primal()) {
+                return Err(GapError::Model(ModelError::Contact {
+                    quantity: "rim speed times travel speed",
+                    value: (rim * travel).primal().min_lane(),
+                    expected: "a wheel that turns with its motion",
+                }));
+            }
+            // In reverse the wheel meets the same soil mirrored: magnitudes in, signs out.
+            let direction = rim.select_lt(T::zero(), -T::one(), T::one());
+            let load = if q < 2 { front } else { rear };
+            let mut at = Contact::new(
+                library_slip(rim, travel),
+                load,
+                vehicle.wheel_radius,
+                vehicle.wheel_width,
+            );
+            at.speed = travel;
+            at.wheel_speed = wheel[q];
+            at.yaw_rate = yaw_rate;
+            at.path = T::from(window.path);
+            at.time = T::from(window.time);
+            at.side = T::from(if left { -1.0 } else { 1.0 });
+            // In reverse the rear axle leads, and the front axle runs in its rut.
+            let leads = (q < 2) == (window.raw[SPEED] >= 0.0);
+            at.earlier_passes = T::from(window.earlier_passes + if leads { 0.0 } else { 1.0 });
+            let forces = law.forces_at(p, &at)?;
+            pull[q] = forces.drawbar_pull * direction;
+            torque[q] = vehicle.wheel_inertia * raw[WHEEL_RATE + q]
+                + forces.resistive_torque * direction
+                + vehicle.wheel_damping * wheel[q];
+        }
+        let motion = Motion {
+            speed,
+            acceleration,
+            yaw_rate,
+            wheel_speed: wheel,
+            wheel_torque: torque,
+            path: T::from(window.path),
+            time: T::from(window.time),
+        };
+        let loads = law
+            .parts(p)
+            .1
+            .fold(BodyLoads::none(), |loads, (effect, e)| {
+                T::of_effect(&**effect).loads_at(e, &vehicle, &motion, loads)
+            });
+        let force = pull[0] + pull[1] + pull[2] + pull[3] + loads.force_x;
+        let felt = force / vehicle.mass;
+        let turning = ((pull[1] + pull[3] - pull[0] - pull[2]) * vehicle.track * 0.5
+            - vehicle.yaw_damping * yaw_rate
+            + loads.yaw_moment)
+            / vehicle.yaw_inertia;
+
+        let zero = T::zero();
+        let mut predicted = [zero; VALUES];
+        for q in 0..4 {
+            let delivered = torque[q] + loads.wheel_torque[q];
+            predicted[TORQUE + q] = sensor::report(law, p, Channel::WheelTorque, delivered, zero);
+        }
+        predicted[ACCEL] = sensor::report(law, p, Channel::AccelX, felt, zero);
+        predicted[SPEED_RATE] = (felt - sin * GRAVITY) * speed_gain;
+        predicted[YAW_ACCELERATION] = turning;
+        Ok(window
+            .measured
+            .iter()
+            .map(|&k| raw[k] - predicted[k])
+            .collect())
+    }
+
+    fn designs(&self, data: &DataSet) -> Vec<Design<Self>> {
+        let vehicle = self.vehicle;
+        let mut designs = vec![];
+        let mut vary = |manoeuvre: &str, change: &dyn Fn(usize, &mut Window)| {
+            let mut predictor = self.clone();
+            predictor
+                .windows
+                .iter_mut()
+                .enumerate()
+                .for_each(|(i, w)| change(i, w));
+            designs.push(Design {
+                manoeuvre: manoeuvre.to_owned(),
+                data: data.clone(),
+                predictor,
+            });
+        };
+        let motion = [SPEED, YAW_RATE, WHEEL, WHEEL + 1, WHEEL + 2, WHEEL + 3];
+        vary("the same manoeuvres in reverse", &|_, w| {
+            motion.iter().for_each(|&k| w.raw[k] = -w.raw[k])
+        });
+        vary(
+            "the same manoeuvres with 20 % payload at the centre of mass",
+            &|_, w| {
+                w.payload += 0.2 * vehicle.mass;
+            },
+        );
+        vary("the same manoeuvres up and down a slope of 5°", &|i, w| {
+            w.pitch += if i % 2 == 0 {
+                5f64.to_radians()
+            } else {
+                -5f64.to_radians()
+            };
+        });
+        vary("the same manoeuvres at twice the speed", &|_, w| {
+            motion.iter().for_each(|&k| w.raw[k] *= 2.0)
+        });
+        vary("the same manoeuvres once more in their own rut", &|_, w| {
+            w.earlier_passes += 1.0
+        });
+        vary(
+            "front and rear axles at different speeds (slip .4 against -.2)",
+            &|_, w| {
+                let rim = w.raw[SPEED] / vehicle.wheel_radius;
+                for q in 0..4 {
+                    w.raw[WHEEL + q] = if q < 2 { rim / 0.6 } else { rim * 0.8 };
+                }
+            },
+        );
+        vary("turning at 0.5 rad/s", &|_, w| {
+            w.raw[YAW_RATE] = 0.5;
+            for q in 0..4 {
+                let arm = if q % 2 == 0 { -0.5 } else { 0.5 } * vehicle.track;
+                w.raw[WHEEL + q] *= ((w.raw[SPEED] + 0.5 * arm) / w.raw[SPEED]).max(0.1);
+            }
+        });
+        vary("every manoeuvre once more, as it was", &|_, _| {});
+        designs
+    }
+}
+
+fn lift<T: Scalar>(v: &Vehicle<f64>) -> Vehicle<T> {
+    Vehicle {
+        mass: T::from(v.mass),
+        yaw_inertia: T::from(v.yaw_inertia),
+        track: T::from(v.track),
+        wheelbase: T::from(v.wheelbase),
+        cg_to_front_axle: T::from(v.cg_to_front_axle),
+        cg_height: T::from(v.cg_height),
+        yaw_damping: T::from(v.yaw_damping),
+        wheel_radius: T::from(v.wheel_radius),
+        wheel_width: T::from(v.wheel_width),
+        wheel_inertia: T::from(v.wheel_inertia),
+        wheel_damping: T::from(v.wheel_damping),
+        pitch: T::from(v.pitch),
+    }
+}

@@ -1,0 +1,247 @@
+//! From a drive log to windows with their noise.
+
+use std::collections::BTreeMap;
+
+use terra_data::{DriveLog, Rover, Series, WHEELS};
+use terra_model::library_slip;
+
+use super::{
+    ACCEL, DrivePredictor, GRAVITY, RAW, SPEED, SPEED_GATE, SPEED_RATE, TORQUE, WHEEL, WHEEL_RATE,
+    Window, YAW_ACCELERATION, YAW_RATE,
+};
+use crate::dataset::{ChannelInfo, DataSet, Factors, Observation};
+use crate::error::GapError;
+
+/// Share of a window's samples that a channel must have.
+const PRESENT: f64 = 0.6;
+
+/// Mean, slope and their 1-sigma of one channel over a window.
+struct Line {
+    mean: f64,
+    slope: f64,
+    mean_sd: f64,
+    slope_sd: f64,
+}
+
+fn line(time: &[f64], series: &Series, rows: std::ops::Range<usize>, sd: f64) -> Option<Line> {
+    let total = rows.len();
+    let points: Vec<(f64, f64)> = rows
+        .filter_map(|i| Some((*time.get(i)?, series.get(i)?)))
+        .collect();
+    let n = points.len() as f64;
+    if n < 3.0 || n < PRESENT * total as f64 {
+        return None;
+    }
+    let (t, y) = (
+        points.iter().map(|p| p.0).sum::<f64>() / n,
+        points.iter().map(|p| p.1).sum::<f64>() / n,
+    );
+    let stt: f64 = points.iter().map(|p| (p.0 - t).powi(2)).sum();
+    let sty: f64 = points.iter().map(|p| (p.0 - t) * (p.1 - y)).sum();
+    Some(Line {
+        mean: y,
+        slope: sty / stt,
+        mean_sd: sd / n.sqrt(),
+        slope_sd: sd / stt.sqrt(),
+    })
+}
+
+/// Turns a drive log into windows and their predictor.
+///
+/// # Errors
+/// A rover file without vehicle, or without the noise of a used channel.
+pub(crate) fn from_log(
+    log: &DriveLog,
+    rover: &Rover,
+) -> Result<(DataSet, DrivePredictor), GapError> {
+    let vehicle = rover.nominal_vehicle().ok_or_else(|| {
+        GapError::Mismatch("a drive log needs [vehicle] in the rover file".to_owned())
+    })?;
+    let noise = |name: &str| {
+        rover.noise.get(name).ok_or_else(|| GapError::NoiseMissing {
+            channel: name.to_owned(),
+            sd_column: format!("{name} (drive logs have no sd columns)"),
+        })
+    };
+    let (Some(ground_speed), Some(torque)) = (&log.ground_speed, &log.wheel_torque) else {
+        return Ok((
+            DataSet {
+                channels: vec![],
+                observations: vec![],
+                dropped: BTreeMap::from([(
+                    "no ground speed, or neither wheel torques nor motor currents with [drivetrain]".to_owned(),
+                    log.len(),
+                )]),
+                notes: vec![],
+            },
+            DrivePredictor { vehicle, windows: vec![] },
+        ));
+    };
+    let (speed_sd, wheel_sd, torque_sd) = (
+        noise("ground_speed_m_s")?,
+        noise("wheel_speed_rad_s")?,
+        noise("wheel_torque_N_m")?,
+    );
+    let yaw_sd = if log.yaw_rate.is_some() {
+        noise("yaw_rate_rad_s")?
+    } else {
+        0.0
+    };
+    let accel_sd = if log.accel_x.is_some() {
+        noise("accel_x_m_s2")?
+    } else {
+        0.0
+    };
+
+    let weight = vehicle.mass * GRAVITY;
+    let mut channels: Vec<ChannelInfo> = WHEELS
+        .iter()
+        .map(|w| ChannelInfo {
+            name: format!("wheel_torque_{w}_N_m"),
+            unit: "N m",
+            scale: weight / 4.0 * vehicle.wheel_radius,
+        })
+        .collect();
+    for (name, unit, scale) in [
+        ("accel_x_m_s2", "m/s2", GRAVITY),
+        ("ground_speed_rate_m_s2", "m/s2", GRAVITY),
+        (
+            "yaw_acceleration_rad_s2",
+            "rad/s2",
+            weight * vehicle.track / (2.0 * vehicle.yaw_inertia),
+        ),
+    ] {
+        channels.push(ChannelInfo {
+            name: name.to_owned(),
+            unit,
+            scale,
+        });
+    }
+
+    let mut dropped: BTreeMap<String, usize> = BTreeMap::new();
+    let mut windows = vec![];
+    let mut observations = vec![];
+    let mut path = 0.0;
+    for segment in &log.segments {
+        let mut start = segment.rows.start;
+        while start < segment.rows.end {
+            let t0 = log.time[start];
+            let mut end = start;
+            while end < segment.rows.end && log.time[end] < t0 + rover.gap.window - 1e-9 {
+                end += 1;
+            }
+            let rows = start..end;
+            start = end;
+            let mut drop = |reason: &str| *dropped.entry(reason.to_owned()).or_default() += 1;
+            let Some(v) = line(&log.time, ground_speed, rows.clone(), speed_sd) else {
+                drop("window without ground speed");
+                continue;
+            };
+            path += v.mean.abs() * rover.gap.window;
+            let wheels: Vec<Line> = log
+                .wheel_speed
+                .iter()
+                .filter_map(|w| line(&log.time, w, rows.clone(), wheel_sd))
+                .collect();
+            if wheels.len() < 4 {
+                drop("window without all wheel speeds");
+                continue;
+            }
+            let yaw = log
+                .yaw_rate
+                .as_ref()
+                .and_then(|r| line(&log.time, r, rows.clone(), yaw_sd));
+            if v.mean.abs() < SPEED_GATE
+                || wheels
+                    .iter()
+                    .any(|w| (w.mean * vehicle.wheel_radius).abs() < SPEED_GATE)
+            {
+                drop("standstill: below 0.12 m/s");
+                continue;
+            }
+            if wheels.iter().any(|w| w.mean * v.mean < 0.0) {
+                drop("a wheel turns against the motion");
+                continue;
+            }
+            let mut raw = [0.0; RAW];
+            let mut sd = [0.0; RAW];
+            let mut measured = vec![];
+            for (q, series) in torque.iter().enumerate() {
+                if let Some(l) = line(&log.time, series, rows.clone(), torque_sd) {
+                    (raw[TORQUE + q], sd[TORQUE + q]) = (l.mean, l.mean_sd);
+                    measured.push(TORQUE + q);
+                }
+            }
+            if let Some(l) = log
+                .accel_x
+                .as_ref()
+                .and_then(|a| line(&log.time, a, rows.clone(), accel_sd))
+            {
+                (raw[ACCEL], sd[ACCEL]) = (l.mean, l.mean_sd);
+                measured.push(ACCEL);
+            }
+            (raw[SPEED_RATE], sd[SPEED_RATE]) = (v.slope, v.slope_sd);
+            measured.push(SPEED_RATE);
+            (raw[SPEED], sd[SPEED]) = (v.mean, v.mean_sd);
+            // Without a yaw rate the vehicle is taken to drive straight; its yaw equation is then not used.
+            if let Some(r) = yaw {
+                (raw[YAW_ACCELERATION], sd[YAW_ACCELERATION]) = (r.slope, r.slope_sd);
+                (raw[YAW_RATE], sd[YAW_RATE]) = (r.mean, r.mean_sd);
+                measured.push(YAW_ACCELERATION);
+            }
+            for (q, w) in wheels.iter().enumerate() {
+                (raw[WHEEL + q], sd[WHEEL + q]) = (w.mean, w.mean_sd);
+                (raw[WHEEL_RATE + q], sd[WHEEL_RATE + q]) = (w.slope, w.slope_sd);
+            }
+            let middle = rows.start + rows.len() / 2;
+            let mean = |s: &Option<Series>| s.as_ref().and_then(|s| s.get(middle));
+            let slips =
+                (0..4).map(|q| library_slip(raw[WHEEL + q] * vehicle.wheel_radius, raw[SPEED]));
+            let slip = slips.sum::<f64>() / 4.0;
+            let (low, high) = rover.gap.slip_range;
+            if !(low..=high).contains(&slip) {
+                drop("slip outside [gap] slip_range");
+                continue;
+            }
+            let pass = mean(&log.pass).unwrap_or(1.0);
+            let payload = mean(&log.payload).unwrap_or(0.0);
+            let window = Window {
+                raw,
+                measured: measured.clone(),
+                pitch: mean(&log.pitch).unwrap_or(0.0),
+                payload,
+                earlier_passes: (pass - 1.0).max(0.0),
+                path: mean(&log.distance).unwrap_or(path),
+                time: log.time[middle],
+            };
+            observations.push(Observation {
+                index: windows.len(),
+                group: segment.name.clone(),
+                condition: String::new(),
+                place: format!("t = {:.2} s", log.time[middle]),
+                channels: measured.clone(),
+                values: measured.iter().map(|&k| raw[k]).collect(),
+                raw_sd: sd.to_vec(),
+                factors: Factors::from([
+                    ("slip", slip),
+                    ("speed", v.mean),
+                    ("path", window.path),
+                    ("time", window.time),
+                    ("pass", pass),
+                    ("load", weight + payload * GRAVITY),
+                    ("yaw_rate", raw[YAW_RATE]),
+                ]),
+            });
+            windows.push(window);
+        }
+    }
+    Ok((
+        DataSet {
+            channels,
+            observations,
+            dropped,
+            notes: vec![],
+        },
+        DrivePredictor { vehicle, windows },
+    ))
+}

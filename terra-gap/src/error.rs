@@ -1,0 +1,43 @@
+//! Why a diagnosis could not be made at all. (What a log cannot *tell* is a verdict, not an error.)
+
+use terra_model::ModelError;
+
+/// Error of a diagnosis.
+#[derive(Debug, thiserror::Error)]
+pub enum GapError {
+    /// A model, effect or soil could not be set up or evaluated.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    /// The soil's fit could not be set up.
+    #[error("{0}")]
+    Soil(String),
+    /// No noise level for a channel that is used.
+    #[error(
+        "no noise level for '{channel}': add {channel} = ... to [noise], or a column '{sd_column}', or repeats of each trial"
+    )]
+    NoiseMissing {
+        /// Channel.
+        channel: String,
+        /// Column that would give it row by row.
+        sd_column: String,
+    },
+    /// The log and the rover file do not belong together.
+    #[error("{0}")]
+    Mismatch(String),
+    /// A matrix that must be positive definite is not: an input is degenerate.
+    #[error("covariance of '{what}' is not positive definite")]
+    NotPositiveDefinite {
+        /// What it belongs to.
+        what: String,
+    },
+    /// An option outside its legal range.
+    #[error("{option} = {value}: expected {expected}")]
+    Option {
+        /// Option.
+        option: &'static str,
+        /// Its value.
+        value: String,
+        /// What would be legal.
+        expected: &'static str,
+    },
+}

@@ -1,0 +1,219 @@
+//! The fit of one hypothesis: Levenberg-Marquardt on whitened residuals plus prior, inside bounds.
+//!
+//! # Equation
+//! x = argmin |r(x)|² + |x|², r = L^-1 (y - f(x)), J = -dr/dx exact. The certificate is the projected gradient.
+
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+use terra_model::{Dual8, jacobian};
+
+use crate::dataset::{DataSet, Predictor, Stacked};
+use crate::error::GapError;
+use crate::hypothesis::Hypothesis;
+use crate::noise::Whitener;
+
+const MAX_STEPS: usize = 80;
+/// Predicted decrease of |r|² + |x|² below which a fit has converged: far below the one unit that matters.
+const CERTIFICATE: f64 = 1e-6;
+
+/// A fitted hypothesis.
+#[derive(Clone, Debug)]
+pub struct Fit {
+    /// Fit vector \[q, s\].
+    pub x: DVector<f64>,
+    /// Whitened residual (n).
+    pub residual: DVector<f64>,
+    /// Whitened -dr/dx (n x d).
+    pub jacobian: DMatrix<f64>,
+    /// |r|² + |x|².
+    pub cost: f64,
+    /// True when the certificate holds.
+    pub converged: bool,
+    /// ln det of the covariance the residual was whitened with.
+    pub log_det: f64,
+    /// Components that ended on a bound.
+    pub at_bound: Vec<bool>,
+}
+
+impl Fit {
+    /// |r|².
+    pub fn chi2(&self) -> f64 {
+        self.residual.norm_squared()
+    }
+}
+
+/// Residual and Jacobian of all observations, not whitened.
+///
+/// # Errors
+/// Where the model has no answer.
+pub(crate) fn evaluate<P: Predictor>(
+    data: &DataSet,
+    predictor: &P,
+    hypothesis: &Hypothesis,
+    x: &[f64],
+) -> Result<Stacked, GapError> {
+    let each = (0..data.observations.len())
+        .into_par_iter()
+        .map(|i| {
+            let i = data.observations[i].index;
+            let raw: Vec<Dual8> = predictor.raw(i).into_iter().map(Dual8::from).collect();
+            jacobian(x, |x| {
+                predictor.residual(&hypothesis.law, &hypothesis.parameters(x), i, &raw)
+            })
+        })
+        .collect::<Result<Vec<_>, GapError>>()?;
+    let n = data.len();
+    let mut stacked = Stacked {
+        residual: DVector::zeros(n),
+        jacobian: DMatrix::zeros(n, x.len()),
+    };
+    let mut at = 0;
+    for (value, jac) in each {
+        stacked
+            .residual
+            .rows_mut(at, value.len())
+            .copy_from_slice(&value);
+        stacked
+            .jacobian
+            .rows_mut(at, value.len())
+            .copy_from(&(-jac));
+        at += value.len();
+    }
+    Ok(stacked)
+}
+
+/// Residual of all observations, not whitened.
+///
+/// # Errors
+/// Where the model has no answer.
+pub(crate) fn residual<P: Predictor>(
+    data: &DataSet,
+    predictor: &P,
+    hypothesis: &Hypothesis,
+    x: &[f64],
+) -> Result<DVector<f64>, GapError> {
+    let p = hypothesis.parameters(x);
+    let each = (0..data.observations.len())
+        .into_par_iter()
+        .map(|i| data.observations[i].index)
+        .map(|i| predictor.residual(&hypothesis.law, &p, i, &predictor.raw(i)))
+        .collect::<Result<Vec<_>, GapError>>()?;
+    Ok(DVector::from_vec(each.concat()))
+}
+
+/// Fits a hypothesis from a start.
+///
+/// # Errors
+/// When the model has no answer at the start; steps into such places are only refused.
+pub(crate) fn fit<P: Predictor>(
+    data: &DataSet,
+    predictor: &P,
+    hypothesis: &Hypothesis,
+    whitener: &Whitener,
+    start: &[f64],
+) -> Result<Fit, GapError> {
+    let (low, high) = hypothesis.bounds();
+    let d = start.len();
+    let bounded = |x: DVector<f64>| DVector::from_fn(d, |k, _| x[k].clamp(low[k], high[k]));
+    let whiten = |x: &DVector<f64>| -> Result<(DVector<f64>, DMatrix<f64>), GapError> {
+        let s = evaluate(data, predictor, hypothesis, x.as_slice())?;
+        Ok((
+            whitener.apply_vector(&s.residual),
+            whitener.apply(&s.jacobian),
+        ))
+    };
+    let cost_of = |r: &DVector<f64>, x: &DVector<f64>| r.norm_squared() + x.norm_squared();
+
+    let mut x = bounded(DVector::from_column_slice(start));
+    let (mut r, mut j) = whiten(&x)?;
+    let mut cost = cost_of(&r, &x);
+    let mut damping = 1e-3;
+    let mut converged = false;
+    for _ in 0..MAX_STEPS {
+        // Half the downhill gradient; components pushed against their bound stay where they are.
+        let gradient = j.tr_mul(&r) - &x;
+        let held: Vec<bool> = (0..d)
+            .map(|k| {
+                (x[k] <= low[k] && gradient[k] < 0.0) || (x[k] >= high[k] && gradient[k] > 0.0)
+            })
+            .collect();
+        let free: Vec<usize> = (0..d).filter(|&k| !held[k]).collect();
+        let g = DVector::from_iterator(free.len(), free.iter().map(|&k| gradient[k]));
+        let jf = j.select_columns(&free);
+        let h = jf.tr_mul(&jf) + DMatrix::identity(free.len(), free.len());
+        let Some(newton) = h.clone().cholesky().map(|c| c.solve(&g)) else {
+            break;
+        };
+        if newton.dot(&g) < CERTIFICATE {
+            converged = true;
+            break;
+        }
+        let mut improved = false;
+        for _ in 0..30 {
+            let damped = &h + DMatrix::from_diagonal(&(h.diagonal() * damping));
+            let Some(step) = damped.cholesky().map(|c| c.solve(&g)) else {
+                break;
+            };
+            let mut trial = x.clone();
+            for (i, &k) in free.iter().enumerate() {
+                trial[k] += step[i];
+            }
+            let trial = bounded(trial);
+            let raw = residual(data, predictor, hypothesis, trial.as_slice());
+            let better = raw.ok().map(|raw| whitener.apply_vector(&raw)).filter(|r| {
+                let c = cost_of(r, &trial);
+                c.is_finite() && c < cost
+            });
+            if better.is_some() {
+                x = trial;
+                damping = (damping * 0.2).max(1e-12);
+                improved = true;
+                break;
+            }
+            damping = (damping * 5.0).min(1e12);
+        }
+        if !improved {
+            // No step helps: at rounding, or in a corner of the model's domain.
+            converged = newton.dot(&g) < 1e-3;
+            break;
+        }
+        (r, j) = whiten(&x)?;
+        cost = cost_of(&r, &x);
+    }
+    let at_bound = (0..d).map(|k| x[k] <= low[k] || x[k] >= high[k]).collect();
+    Ok(Fit {
+        x,
+        residual: r,
+        jacobian: j,
+        cost,
+        converged,
+        log_det: whitener.log_det,
+        at_bound,
+    })
+}
+
+/// The best of several starts: the given ones that can be evaluated.
+///
+/// # Errors
+/// The last error when none can.
+pub(crate) fn fit_from<P: Predictor>(
+    data: &DataSet,
+    predictor: &P,
+    hypothesis: &Hypothesis,
+    whitener: &Whitener,
+    starts: &[Vec<f64>],
+) -> Result<Fit, GapError> {
+    let mut best: Option<Fit> = None;
+    let mut error = None;
+    for start in starts {
+        match fit(data, predictor, hypothesis, whitener, start) {
+            Ok(f) => {
+                if best.as_ref().is_none_or(|b| f.cost < b.cost) {
+                    best = Some(f);
+                }
+            }
+            Err(e) => error = Some(e),
+        }
+    }
+    best.ok_or_else(|| error.unwrap_or_else(|| GapError::Soil("a fit without a start".to_owned())))
+}

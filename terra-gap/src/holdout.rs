@@ -1,0 +1,261 @@
+//! How far the gap shrinks on data the fit never saw.
+//!
+//! # Equation
+//! closed = Σ_g (SSE0_g - SSEk_g) / Σ_g (SSE0_g - n_g): each group g is predicted by fits without it; SSE whitened by the
+//! noise floor. Interval: studentised over groups, t quantile of a ratio estimator.
+
+use rayon::prelude::*;
+use serde::Serialize;
+use statrs::distribution::{ContinuousCDF, StudentsT};
+
+use crate::dataset::{DataSet, Predictor};
+use crate::error::GapError;
+use crate::fit::{fit, residual};
+use crate::hypothesis::Hypothesis;
+use crate::noise::NoiseModel;
+
+/// What one group is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum HoldOut {
+    /// Trials of a rig.
+    Trial,
+    /// Segments of a drive.
+    Segment,
+    /// Conditions of a rig.
+    Condition,
+    /// Five ranges of slip.
+    Slip,
+}
+
+impl HoldOut {
+    /// Name as on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            HoldOut::Trial => "trial",
+            HoldOut::Segment => "segment",
+            HoldOut::Condition => "condition",
+            HoldOut::Slip => "slip",
+        }
+    }
+}
+
+/// A share with its 95 % interval.
+#[derive(Clone, Copy, Debug, Serialize, PartialEq)]
+pub struct Interval {
+    /// Estimate.
+    pub mean: f64,
+    /// Lower end.
+    pub lo: f64,
+    /// Upper end.
+    pub hi: f64,
+}
+
+/// Result of holding out.
+#[derive(Clone, Debug)]
+pub struct HeldOut {
+    /// How groups were made.
+    pub by: HoldOut,
+    /// Share of the explainable misfit that goes away; none when nothing was explainable.
+    pub closed: Option<Interval>,
+    /// The same per channel, without interval.
+    pub closed_by_channel: Vec<(String, Option<f64>)>,
+    /// Whitened misfit per value without the effect.
+    pub chi2_before: f64,
+    /// With it.
+    pub chi2_after: f64,
+    /// Number of groups predicted.
+    pub groups: usize,
+    /// Groups that a fit without them could not predict, with the reason.
+    pub failed: Vec<String>,
+}
+
+/// Groups of observation numbers.
+pub(crate) fn groups(data: &DataSet, by: HoldOut) -> Vec<(String, Vec<usize>)> {
+    let mut out: Vec<(String, Vec<usize>)> = vec![];
+    if by == HoldOut::Slip {
+        let mut order: Vec<(f64, usize)> = data
+            .observations
+            .iter()
+            .enumerate()
+            .map(|(i, o)| (o.factors.get("slip").copied().unwrap_or(0.0), i))
+            .collect();
+        order.sort_by(|a, b| a.0.total_cmp(&b.0));
+        // Repeats of one slip stay together: a range that holds a repeat would see its own answer.
+        let mut distinct: Vec<Vec<(f64, usize)>> = vec![];
+        for point in order {
+            match distinct.last_mut() {
+                Some(last) if last.last().is_some_and(|p| point.0 - p.0 < 0.02) => last.push(point),
+                _ => distinct.push(vec![point]),
+            }
+        }
+        let ranges = distinct.len().min(5);
+        for r in 0..ranges {
+            let part = &distinct[r * distinct.len() / ranges..(r + 1) * distinct.len() / ranges];
+            let points: Vec<(f64, usize)> = part.iter().flatten().copied().collect();
+            if let (Some(a), Some(b)) = (points.first(), points.last()) {
+                out.push((
+                    format!("slip {:.2} to {:.2}", a.0, b.0),
+                    points.iter().map(|p| p.1).collect(),
+                ));
+            }
+        }
+        return out;
+    }
+    for (i, o) in data.observations.iter().enumerate() {
+        let name = if by == HoldOut::Condition {
+            &o.condition
+        } else {
+            &o.group
+        };
+        match out.iter_mut().find(|(n, _)| n == name) {
+            Some((_, members)) => members.push(i),
+            None => out.push((name.clone(), vec![i])),
+        }
+    }
+    out
+}
+
+/// Squares of one held-out group, by channel, before and after.
+struct GroupSquares {
+    before: Vec<f64>,
+    after: Vec<f64>,
+    count: Vec<f64>,
+}
+
+/// Predicts every group from fits of the others, with and without the effects.
+///
+/// # Errors
+/// A covariance that is not positive definite.
+pub(crate) fn hold_out<P: Predictor>(
+    data: &DataSet,
+    predictor: &P,
+    noise: &NoiseModel,
+    null: (&Hypothesis, &[f64]),
+    better: (&Hypothesis, &[f64]),
+    by: HoldOut,
+) -> Result<HeldOut, GapError> {
+    let groups = groups(data, by);
+    let results: Vec<Result<Result<GroupSquares, String>, GapError>> = groups
+        .par_iter()
+        .map(|(name, members)| {
+            let rest: Vec<usize> = (0..data.observations.len())
+                .filter(|i| !members.contains(i))
+                .collect();
+            let (train, test) = (data.subset(&rest), data.subset(members));
+            if train.is_empty() {
+                return Ok(Err(format!("{name}: nothing else to fit")));
+            }
+            let train_whitener = noise.subset(&rest).whitener(&train)?;
+            let test_whitener = noise.subset(members).whitener(&test)?;
+            let squares = |(h, start): (&Hypothesis, &[f64])| -> Result<Vec<f64>, GapError> {
+                let fitted = fit(&train, predictor, h, &train_whitener, start)?;
+                let r = test_whitener.apply_vector(&residual(
+                    &test,
+                    predictor,
+                    h,
+                    fitted.x.as_slice(),
+                )?);
+                let mut by_channel = vec![0.0; data.channels.len()];
+                for ((_, c), r) in test.stacked().zip(r.iter()) {
+                    by_channel[c] += r * r;
+                }
+                Ok(by_channel)
+            };
+            let mut count = vec![0.0; data.channels.len()];
+            for (_, c) in test.stacked() {
+                count[c] += 1.0;
+            }
+            Ok(match (squares(null), squares(better)) {
+                (Ok(before), Ok(after)) => Ok(GroupSquares {
+                    before,
+                    after,
+                    count,
+                }),
+                (Err(e), _) | (_, Err(e)) => Err(format!("{name}: {e}")),
+            })
+        })
+        .collect();
+    let mut squares = vec![];
+    let mut failed = vec![];
+    for r in results {
+        match r? {
+            Ok(s) => squares.push(s),
+            Err(reason) => failed.push(reason),
+        }
+    }
+    let total = |f: fn(&GroupSquares) -> &Vec<f64>| squares.iter().flat_map(f).sum::<f64>();
+    let (before, after, n) = (
+        total(|s| &s.before),
+        total(|s| &s.after),
+        total(|s| &s.count),
+    );
+    let per_group: Vec<(f64, f64)> = squares
+        .iter()
+        .map(|s| {
+            let (b, a, n): (f64, f64, f64) = (
+                s.before.iter().sum(),
+                s.after.iter().sum(),
+                s.count.iter().sum(),
+            );
+            (b - a, b - n)
+        })
+        .collect();
+    let closed_by_channel = data
+        .channels
+        .iter()
+        .enumerate()
+        .map(|(c, info)| {
+            let sum =
+                |f: fn(&GroupSquares) -> &Vec<f64>| squares.iter().map(|s| f(s)[c]).sum::<f64>();
+            let (b, a, n) = (sum(|s| &s.before), sum(|s| &s.after), sum(|s| &s.count));
+            (info.name.clone(), (b > n).then(|| (b - a) / (b - n)))
+        })
+        .collect();
+    Ok(HeldOut {
+        by,
+        closed: (before > n).then(|| ratio_interval(&per_group)).flatten(),
+        closed_by_channel,
+        chi2_before: if n > 0.0 { before / n } else { 0.0 },
+        chi2_after: if n > 0.0 { after / n } else { 0.0 },
+        groups: squares.len(),
+        failed,
+    })
+}
+
+/// Σ numerators / Σ denominators with its studentised 95 % interval over groups.
+fn ratio_interval(groups: &[(f64, f64)]) -> Option<Interval> {
+    let g = groups.len() as f64;
+    let (a, b): (f64, f64) = groups
+        .iter()
+        .fold((0.0, 0.0), |s, x| (s.0 + x.0, s.1 + x.1));
+    let mean = a / b;
+    if groups.len() < 2 || !mean.is_finite() {
+        return None;
+    }
+    let variance = groups
+        .iter()
+        .map(|(a, b)| (a - mean * b).powi(2))
+        .sum::<f64>()
+        / (g - 1.0);
+    let se = (variance * g).sqrt() / b.abs();
+    let t = StudentsT::new(0.0, 1.0, g - 1.0).ok()?.inverse_cdf(0.975);
+    Some(Interval {
+        mean,
+        lo: mean - t * se,
+        hi: mean + t * se,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two groups, by hand: ratio .75, deviations ±.5 around it, se = .5 sqrt(2) sqrt(2)/4 ... t_1 = 12.706.
+    #[test]
+    fn ratio_interval_by_hand() {
+        let i = ratio_interval(&[(2.0, 2.0), (1.0, 2.0)]).unwrap();
+        assert!((i.mean - 0.75).abs() < 1e-12);
+        // deviations: 2 - 1.5 = .5 and 1 - 1.5 = -.5; variance .5; se = sqrt(.5 * 2)/4 = .25
+        assert!((i.hi - 0.75 - 0.25 * 12.7062).abs() < 1e-3);
+    }
+}

@@ -1,0 +1,50 @@
+//! Where does my simulator differ from reality, which unmodelled effect causes it, and how far does the gap shrink once
+//! it is added?
+//!
+//! The soil of the nominal model is always re-fitted, with priors, because it imitates almost everything: what a re-fit
+//! absorbs is no evidence for an effect. Every known effect then competes, with other terrain models, with pairs, with
+//! "nothing is missing" and with "something unknown". This crate knows nothing of the simulator that makes test logs.
+
+#![cfg_attr(test, allow(clippy::unwrap_used, clippy::panic))]
+
+mod candidates;
+mod cause;
+mod confirm;
+mod dataset;
+mod decide;
+mod diagnose;
+mod drive;
+mod error;
+mod evidence;
+mod fit;
+mod holdout;
+mod hypothesis;
+mod locate;
+mod next;
+mod noise;
+mod null;
+mod rig;
+mod roughness;
+mod run;
+mod screen;
+mod sensor;
+mod settings;
+mod setup;
+mod soil;
+mod unknown;
+mod verdict;
+mod weigh;
+
+pub use cause::{Cause, CauseKind};
+pub use dataset::{ChannelInfo, DataSet, Factors, Observation};
+pub use diagnose::{Diagnosis, Waterfall};
+pub use error::GapError;
+pub use holdout::{HeldOut, HoldOut, Interval};
+pub use hypothesis::Hypothesis;
+pub use locate::Place;
+pub use next::Experiment;
+pub use rig::RigPredictor;
+pub use run::{diagnose_drive, diagnose_rig};
+pub use settings::{LogKind, Settings};
+pub use setup::{ADEQUATE, LOOK_ALIKE, Screened};
+pub use verdict::{Provenance, to_json};

@@ -1,0 +1,131 @@
+//! The nominal model's own best: its soil re-fitted, with the noise that belongs to that fit.
+
+use rayon::prelude::*;
+
+use crate::dataset::{DataSet, Predictor};
+use crate::error::GapError;
+use crate::fit::{Fit, fit_from, residual};
+use crate::hypothesis::Hypothesis;
+use crate::noise::NoiseModel;
+use crate::roughness;
+use crate::settings::LogKind;
+use crate::setup::Setup;
+
+/// Slip below which a row counts as braking for the second try: rows at zero slip scatter to both sides.
+const BRAKING: f64 = -0.05;
+
+/// Re-fits the nominal model. Returns the fit against the noise alone, that noise, and the whitened misfit of the model as
+/// given; `None` when no fit converges.
+///
+/// Braking is an extension of the wheel laws. Where a rig's braking rows keep a fit from converging they are left out, and
+/// counted with that reason.
+///
+/// # Errors
+/// Where the model has no answer at the prior centre.
+pub(crate) fn refit<P: Predictor>(
+    data: &mut DataSet,
+    predictor: &P,
+    setup: &Setup<'_>,
+    null: &Hypothesis,
+) -> Result<Option<(Fit, NoiseModel, f64)>, GapError> {
+    let found = settle(data, predictor, setup, null)?;
+    if found.0.converged {
+        return Ok(Some(found));
+    }
+    let braking =
+        |o: &crate::dataset::Observation| o.factors.get("slip").is_some_and(|s| *s < BRAKING);
+    let rows = data.observations.iter().filter(|o| braking(o)).count();
+    if setup.kind != LogKind::Rig || rows == 0 || data.len() < 2 * null.len() {
+        return Ok(None);
+    }
+    data.observations.retain(|o| !braking(o));
+    let reason = "braking: with these rows the nominal model's re-fit does not converge";
+    *data.dropped.entry(reason.to_owned()).or_default() += rows;
+    let found = settle(data, predictor, setup, null)?;
+    Ok(found.0.converged.then_some(found))
+}
+
+/// The noise depends on the slopes of the model, the model on the noise: two rounds settle it.
+fn settle<P: Predictor>(
+    data: &mut DataSet,
+    predictor: &P,
+    setup: &Setup<'_>,
+    null: &Hypothesis,
+) -> Result<(Fit, NoiseModel, f64), GapError> {
+    let centre = vec![0.0; null.len()];
+    let mut noise = NoiseModel::propagate(data, predictor, null, &centre)?;
+    let given = noise
+        .whitener(data)?
+        .apply_vector(&residual(data, predictor, null, &centre)?)
+        .norm_squared();
+    let starts = starts_of(null, setup.kind);
+    let mut fitted = fit_from(data, predictor, null, &noise.whitener(data)?, &starts)?;
+    for _ in 0..2 {
+        let x = fitted.x.as_slice().to_vec();
+        noise = NoiseModel::propagate(data, predictor, null, &x)?;
+        if setup.kind == LogKind::Drive {
+            let r = residual(data, predictor, null, &x)?;
+            roughness::add(&mut noise, data, setup.rover, &r);
+        }
+        fitted = fit_from(data, predictor, null, &noise.whitener(data)?, &[x])?;
+    }
+    Ok((fitted, noise, given))
+}
+
+/// Leaves out, and counts, observations that the model has no answer for at the prior centre.
+pub(crate) fn drop_unanswered<P: Predictor>(
+    data: &mut DataSet,
+    predictor: &P,
+    null: &Hypothesis,
+    centre: &[f64],
+) {
+    let p = null.parameters(centre);
+    let reasons: Vec<Option<String>> = data
+        .observations
+        .par_iter()
+        .map(|o| {
+            predictor
+                .residual(&null.law, &p, o.index, &predictor.raw(o.index))
+                .err()
+                .map(|e| kind_of(&e))
+        })
+        .collect();
+    let mut reasons = reasons.into_iter();
+    data.observations.retain(|_| {
+        let reason = reasons.next().flatten();
+        if let Some(reason) = &reason {
+            *data.dropped.entry(reason.clone()).or_default() += 1;
+        }
+        reason.is_none()
+    });
+}
+
+/// A reason without the row's own numbers, so that rows can be counted.
+fn kind_of(error: &GapError) -> String {
+    match error {
+        GapError::Model(terra_model::ModelError::NoEquilibrium { .. }) => {
+            "outside the model: the nominal soil does not carry the wheel".to_owned()
+        }
+        GapError::Model(terra_model::ModelError::Contact { quantity, .. }) => {
+            format!("outside the model: {quantity}")
+        }
+        other => format!("outside the model: {other}"),
+    }
+}
+
+/// The prior centre; on a rig, where a fit is cheap and wheel laws are far from linear, also the centre moved by one
+/// prior sd along each soil parameter in turn, both ways. A drive's windows pull every start to the same soil.
+pub(crate) fn starts_of(h: &Hypothesis, kind: LogKind) -> Vec<Vec<f64>> {
+    let d = h.len();
+    let mut out = vec![vec![0.0; d]];
+    if kind == LogKind::Rig {
+        for k in 0..h.soil_len() {
+            for side in [-1.0, 1.0] {
+                let mut x = vec![0.0; d];
+                x[k] = side;
+                out.push(x);
+            }
+        }
+    }
+    out
+}

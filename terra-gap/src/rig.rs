@@ -1,0 +1,273 @@
+//! Rig logs: one contact a row, drawbar pull, torque and sinkage against the model's, slip and load noisy inputs.
+
+mod read;
+
+pub(crate) use read::{from_log, median};
+
+use terra_data::{Measured, RigRow, WheelData};
+use terra_model::{BodyLoads, Channel, Contact, Law, Motion, Scalar, Vehicle, library_slip};
+
+use crate::dataset::{ChannelInfo, DataSet, Design, Predictor};
+use crate::error::GapError;
+use crate::sensor;
+
+/// What a rig measures, in the order of the data set's channels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Output {
+    DrawbarPull,
+    Torque,
+    Sinkage,
+}
+
+impl Output {
+    const ALL: [Output; 3] = [Output::DrawbarPull, Output::Torque, Output::Sinkage];
+
+    fn name(self) -> &'static str {
+        match self {
+            Output::DrawbarPull => "drawbar_pull_N",
+            Output::Torque => "torque_N_m",
+            Output::Sinkage => "sinkage_m",
+        }
+    }
+    fn unit(self) -> &'static str {
+        match self {
+            Output::DrawbarPull => "N",
+            Output::Torque => "N m",
+            Output::Sinkage => "m",
+        }
+    }
+    fn of(self, row: &RigRow) -> Option<Measured> {
+        match self {
+            Output::DrawbarPull => row.drawbar_pull,
+            Output::Torque => row.torque,
+            Output::Sinkage => row.sinkage,
+        }
+    }
+}
+
+/// One row, ready for prediction.
+#[derive(Clone, Debug)]
+struct Row {
+    outputs: Vec<Output>,
+    values: Vec<f64>,
+    slip: f64,
+    load: f64,
+    wheel: WheelData,
+    earlier_passes: f64,
+    speed: f64,
+    wheel_speed: f64,
+}
+
+/// Predicts rig rows.
+#[derive(Clone, Debug)]
+pub struct RigPredictor {
+    rows: Vec<Row>,
+}
+
+impl RigPredictor {
+    /// The contact of a row as logged.
+    pub fn contact(&self, index: usize) -> Contact<f64> {
+        let row = &self.rows[index];
+        let mut at = Contact::new(row.slip, row.load, row.wheel.radius, row.wheel.width);
+        at.speed = row.speed;
+        at.wheel_speed = row.wheel_speed;
+        at.earlier_passes = row.earlier_passes;
+        at
+    }
+
+    /// Predicted readings of the channels of a row at a contact.
+    ///
+    /// # Errors
+    /// Where the model has no answer.
+    fn readings<T: Scalar>(
+        law: &Law,
+        p: &[T],
+        row: &Row,
+        slip: T,
+        load: T,
+    ) -> Result<Vec<T>, GapError> {
+        let zero = T::zero();
+        // Rim speed over travel speed is what a speed error changes; one of the two is set to 1.
+        let braking = slip.select_lt(zero, T::one(), zero);
+        let rim = T::one() + slip * braking;
+        let travel = T::one() - slip * (T::one() - braking);
+        let travel = sensor::truth(law, p, Channel::GroundSpeed, travel, zero);
+        let mut at = Contact::new(
+            library_slip(rim, travel),
+            load,
+            T::from(row.wheel.radius),
+            T::from(row.wheel.width),
+        );
+        at.speed = T::from(row.speed);
+        at.wheel_speed = T::from(row.wheel_speed);
+        at.earlier_passes = T::from(row.earlier_passes);
+        let forces = law.forces_at(p, &at)?;
+
+        let mut torque = forces.resistive_torque + at.wheel_speed * row.wheel.damping;
+        if row.wheel_speed != 0.0 {
+            let motion = Motion {
+                speed: at.speed,
+                acceleration: zero,
+                yaw_rate: zero,
+                wheel_speed: [at.wheel_speed; 4],
+                wheel_torque: [torque; 4],
+                path: zero,
+                time: zero,
+            };
+            let vehicle = wheel_only(row, at.radius);
+            let loads = law
+                .parts(p)
+                .1
+                .fold(BodyLoads::none(), |loads, (effect, e)| {
+                    T::of_effect(&**effect).loads_at(e, &vehicle, &motion, loads)
+                });
+            torque += loads.wheel_torque[0];
+        }
+        Ok(row
+            .outputs
+            .iter()
+            .map(|o| match o {
+                Output::DrawbarPull => {
+                    sensor::report(law, p, Channel::DrawbarPull, forces.drawbar_pull, zero)
+                }
+                Output::Torque => sensor::report(law, p, Channel::WheelTorque, torque, zero),
+                Output::Sinkage => sensor::report(
+                    law,
+                    p,
+                    Channel::Sinkage,
+                    forces.sinkage.unwrap_or(zero),
+                    zero,
+                ),
+            })
+            .collect())
+    }
+
+    /// Predicted readings (drawbar pull, torque, sinkage as far as the row has them) at another slip and load.
+    ///
+    /// # Errors
+    /// Where the model has no answer.
+    pub fn curve(
+        &self,
+        law: &Law,
+        p: &[f64],
+        index: usize,
+        slip: f64,
+        load: f64,
+    ) -> Result<Vec<f64>, GapError> {
+        Self::readings(law, p, &self.rows[index], slip, load)
+    }
+}
+
+/// A "vehicle" that is one wheel: only the wheel's numbers mean anything on a rig.
+fn wheel_only<T: Scalar>(row: &Row, radius: T) -> Vehicle<T> {
+    let zero = T::zero();
+    Vehicle {
+        mass: zero,
+        yaw_inertia: zero,
+        track: zero,
+        wheelbase: zero,
+        cg_to_front_axle: zero,
+        cg_height: zero,
+        yaw_damping: zero,
+        wheel_radius: radius,
+        wheel_width: T::from(row.wheel.width),
+        wheel_inertia: T::from(row.wheel.inertia),
+        wheel_damping: T::from(row.wheel.damping),
+        pitch: zero,
+    }
+}
+
+impl Predictor for RigPredictor {
+    fn raw(&self, index: usize) -> Vec<f64> {
+        let row = &self.rows[index];
+        let mut raw = row.values.clone();
+        raw.extend([row.slip, row.load]);
+        raw
+    }
+
+    fn residual<T: Scalar>(
+        &self,
+        law: &Law,
+        p: &[T],
+        index: usize,
+        raw: &[T],
+    ) -> Result<Vec<T>, GapError> {
+        let row = &self.rows[index];
+        let n = row.values.len();
+        let predicted = Self::readings(law, p, row, raw[n], raw[n + 1])?;
+        Ok(raw.iter().zip(predicted).map(|(y, f)| *y - f).collect())
+    }
+
+    fn designs(&self, data: &DataSet) -> Vec<Design<Self>> {
+        let mut designs = vec![];
+        let mut vary = |manoeuvre: &str, change: &dyn Fn(&mut Row)| {
+            let mut predictor = self.clone();
+            predictor.rows.iter_mut().for_each(change);
+            designs.push(Design {
+                manoeuvre: manoeuvre.to_owned(),
+                data: data.clone(),
+                predictor,
+            });
+        };
+        vary("the same slips at twice the load", &|row| row.load *= 2.0);
+        vary("the same slips at half the load", &|row| row.load *= 0.5);
+        vary("a second pass in the same rut", &|row| {
+            row.earlier_passes += 1.0
+        });
+        if self.rows.iter().all(|row| row.slip >= 0.0) {
+            vary("the same slips braking instead of driving", &|row| {
+                row.slip = -row.slip
+            });
+        }
+        if self.rows.iter().all(|row| row.speed > 0.0) {
+            vary("the same slips at three times the travel speed", &|row| {
+                row.speed *= 3.0;
+                row.wheel_speed *= 3.0;
+            });
+        }
+        vary("every trial once more, as it was", &|_| {});
+        // A channel the log lacks, with the accuracy such a sensor usually has.
+        for (output, sd, manoeuvre) in [
+            (
+                Output::Sinkage,
+                0.001,
+                "the same trials with a sinkage sensor (1 mm)",
+            ),
+            (
+                Output::Torque,
+                0.1,
+                "the same trials with the wheel torque logged (0.1 N m)",
+            ),
+            (
+                Output::DrawbarPull,
+                0.5,
+                "the same trials with a drawbar load cell (0.5 N)",
+            ),
+        ] {
+            if self.rows.iter().any(|row| row.outputs.contains(&output)) {
+                continue;
+            }
+            let (mut data, mut predictor) = (data.clone(), self.clone());
+            data.channels.push(ChannelInfo {
+                name: output.name().to_owned(),
+                unit: output.unit(),
+                scale: 1.0,
+            });
+            for o in &mut data.observations {
+                let at = o.values.len();
+                o.channels.push(data.channels.len() - 1);
+                o.values.push(0.0);
+                o.raw_sd.insert(at, sd);
+                let row = &mut predictor.rows[o.index];
+                row.outputs.push(output);
+                row.values.push(0.0);
+            }
+            designs.push(Design {
+                manoeuvre: manoeuvre.to_owned(),
+                data,
+                predictor,
+            });
+        }
+        designs
+    }
+}

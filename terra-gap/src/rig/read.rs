@@ -1,0 +1,226 @@
+//! From a rig log to rows with their noise.
+
+use std::collections::BTreeMap;
+
+use terra_data::{RigLog, RigRow, Rover};
+
+use super::{Output, RigPredictor, Row};
+use crate::dataset::{ChannelInfo, DataSet, Factors, Observation};
+use crate::error::GapError;
+
+/// Turns a rig log into a data set and its predictor.
+///
+/// `hold_out` names the factor that groups rows: `trial`, `condition`, or `slip` (five ranges).
+///
+/// # Errors
+/// [`GapError::NoiseMissing`] for a used channel without any noise level.
+pub(crate) fn from_log(log: &RigLog, rover: &Rover) -> Result<(DataSet, RigPredictor), GapError> {
+    let mut dropped: BTreeMap<String, usize> = BTreeMap::new();
+    for (_, reason) in &log.dropped {
+        *dropped.entry(reason.clone()).or_default() += 1;
+    }
+    let used: Vec<&RigRow> = log
+        .rows
+        .iter()
+        .filter(|row| {
+            let (low, high) = rover.gap.slip_range;
+            let reason = if !(low..=high).contains(&row.slip.value) {
+                Some("slip outside [gap] slip_range")
+            } else if row.slip_angle.is_some_and(|a| a.abs() > 1e-6) {
+                Some("slip angle outside the model")
+            } else if row.normal_load.value <= 0.0 {
+                Some("no load on the wheel")
+            } else {
+                None
+            };
+            if let Some(reason) = reason {
+                *dropped.entry(reason.to_owned()).or_default() += 1;
+            }
+            reason.is_none()
+        })
+        .collect();
+
+    let outputs: Vec<Output> = Output::ALL
+        .into_iter()
+        .filter(|o| used.iter().any(|row| o.of(row).is_some()))
+        .collect();
+    let load = median(used.iter().map(|r| r.normal_load.value));
+    let channels: Vec<ChannelInfo> = outputs
+        .iter()
+        .map(|o| ChannelInfo {
+            name: o.name().to_owned(),
+            unit: o.unit(),
+            scale: match o {
+                Output::DrawbarPull => load,
+                Output::Torque => load * rover.wheel.radius,
+                Output::Sinkage => {
+                    2.0 * median(used.iter().filter_map(|r| r.sinkage).map(|m| m.value.abs()))
+                }
+            },
+        })
+        .collect();
+
+    let noise = |name: &str,
+                 row_sd: Option<f64>,
+                 of: &dyn Fn(&RigRow) -> Option<f64>|
+     -> Result<f64, GapError> {
+        row_sd
+            .or_else(|| rover.noise.get(name))
+            .or_else(|| repeat_scatter(&used, of))
+            .ok_or_else(|| GapError::NoiseMissing {
+                channel: name.to_owned(),
+                sd_column: sd_column(name),
+            })
+    };
+
+    let mut rows = Vec::with_capacity(used.len());
+    let mut observations = Vec::with_capacity(used.len());
+    for row in &used {
+        let mut r = Row {
+            outputs: vec![],
+            values: vec![],
+            slip: row.slip.value,
+            load: row.normal_load.value,
+            wheel: rover.wheel_of(&row.condition),
+            earlier_passes: f64::from(row.pass.max(1)) - 1.0,
+            speed: row.travel_speed.unwrap_or(0.0),
+            wheel_speed: row.wheel_speed.unwrap_or(0.0),
+        };
+        let mut raw_sd = vec![];
+        let mut present = vec![];
+        for (c, output) in outputs.iter().enumerate() {
+            if let Some(m) = output.of(row) {
+                r.outputs.push(*output);
+                r.values.push(m.value);
+                raw_sd.push(noise(output.name(), m.sd, &|row| {
+                    output.of(row).map(|m| m.value)
+                })?);
+                present.push(c);
+            }
+        }
+        if present.is_empty() {
+            *dropped
+                .entry("no pull, torque or sinkage".to_owned())
+                .or_default() += 1;
+            continue;
+        }
+        raw_sd.push(noise("slip", row.slip.sd, &|_| None).or_else(|_| speed_noise(row, rover))?);
+        raw_sd.push(noise("normal_load_N", row.normal_load.sd, &|row| {
+            Some(row.normal_load.value)
+        })?);
+        let mut factors = Factors::from([
+            ("slip", row.slip.value),
+            ("load", row.normal_load.value),
+            ("pass", f64::from(row.pass.max(1))),
+        ]);
+        if let Some(v) = row.travel_speed {
+            factors.insert("speed", v);
+        }
+        if let Some(t) = row.time {
+            factors.insert("time", t);
+        }
+        observations.push(Observation {
+            index: rows.len(),
+            group: row.trial.clone(),
+            condition: row.condition.clone(),
+            place: format!("line {}", row.line),
+            channels: present,
+            values: r.values.clone(),
+            raw_sd,
+            factors,
+        });
+        rows.push(r);
+    }
+    let mut notes = log.warnings.clone();
+    let braking = rows.iter().filter(|r| r.slip < 0.0).count();
+    if braking > 0 {
+        notes.push(format!(
+            "{braking} rows are braking (slip < 0), where the wheel models are extensions without experimental support"
+        ));
+    }
+    Ok((
+        DataSet {
+            channels,
+            observations,
+            dropped,
+            notes,
+        },
+        RigPredictor { rows },
+    ))
+}
+
+fn sd_column(name: &str) -> String {
+    match name.split_once("_N") {
+        Some((stem, rest)) => format!("{stem}_sd_N{rest}"),
+        None => match name.strip_suffix("_m") {
+            Some(stem) => format!("{stem}_sd_m"),
+            None => format!("{name}_sd"),
+        },
+    }
+}
+
+/// Slip noise from the noise of the two speeds, where the file gives those instead.
+fn speed_noise(row: &RigRow, rover: &Rover) -> Result<f64, GapError> {
+    let missing = || GapError::NoiseMissing {
+        channel: "slip".to_owned(),
+        sd_column: "slip_sd".to_owned(),
+    };
+    let travel = rover.noise.get("travel_speed_m_s").ok_or_else(missing)?;
+    let v = row.travel_speed.filter(|v| *v != 0.0).ok_or_else(missing)?;
+    let rim_noise = rover
+        .noise
+        .get("rim_speed_m_s")
+        .or_else(|| {
+            rover
+                .noise
+                .get("wheel_speed_rad_s")
+                .map(|w| w * rover.wheel.radius)
+        })
+        .unwrap_or(0.0);
+    // 1 - s (driving) or 1 + s (braking) is a ratio of the two speeds.
+    let ratio = 1.0 - row.slip.value.abs();
+    let rim = if row.slip.value < 0.0 {
+        v * ratio
+    } else {
+        v / ratio.max(1e-3)
+    };
+    Ok(ratio * ((travel / v).powi(2) + (rim_noise / rim.abs().max(1e-9)).powi(2)).sqrt())
+}
+
+/// Standard deviation of repeats: rows of equal condition and pass whose slip and load agree within 2 %.
+fn repeat_scatter(rows: &[&RigRow], of: &dyn Fn(&RigRow) -> Option<f64>) -> Option<f64> {
+    let (mut sum, mut dof) = (0.0, 0usize);
+    let mut used = vec![false; rows.len()];
+    for i in 0..rows.len() {
+        if used[i] {
+            continue;
+        }
+        let alike: Vec<usize> = (i..rows.len())
+            .filter(|&j| {
+                let (a, b) = (rows[i], rows[j]);
+                a.condition == b.condition
+                    && a.pass == b.pass
+                    && (a.slip.value - b.slip.value).abs() < 0.02
+                    && (a.normal_load.value / b.normal_load.value - 1.0).abs() < 0.02
+            })
+            .collect();
+        let values: Vec<f64> = alike.iter().filter_map(|&j| of(rows[j])).collect();
+        alike.iter().for_each(|&j| used[j] = true);
+        if values.len() > 1 {
+            let mean = values.iter().sum::<f64>() / values.len() as f64;
+            sum += values.iter().map(|v| (v - mean).powi(2)).sum::<f64>();
+            dof += values.len() - 1;
+        }
+    }
+    (dof >= 3 && sum > 0.0).then(|| (sum / dof as f64).sqrt())
+}
+
+pub(crate) fn median(values: impl Iterator<Item = f64>) -> f64 {
+    let mut v: Vec<f64> = values.collect();
+    v.sort_by(f64::total_cmp);
+    match v.len() {
+        0 => 0.0,
+        n if n % 2 == 1 => v[n / 2],
+        n => 0.5 * (v[n / 2 - 1] + v[n / 2]),
+    }
+}

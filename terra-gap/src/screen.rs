@@ -1,0 +1,95 @@
+//! The screen: one extra column per effect, the soil's tangent projected out.
+//!
+//! # Equation
+//! j_k = -dr/ds_k, C0^-1 = I - J H^-1 J', H = I + J'J, y0 = r + J x0, g = j'C0^-1 y0, h = j'C0^-1 j:
+//! ln B = g²/(2(1+h)) - ln(1+h)/2 \[+ ln 2 + ln Φ(mu/sd), one-sided\], mu = g/(1+h), sd = (1+h)^(-1/2).
+//! The soil imitates nearly everything; without the projection an effect is credited with what a re-fit absorbs.
+
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+
+use crate::evidence::ln_normal_cdf;
+use crate::fit::Fit;
+
+/// The tangent space of a fit, to be projected out.
+pub(crate) struct Tangent {
+    jacobian: DMatrix<f64>,
+    information: Option<Cholesky<f64, Dyn>>,
+    /// Whitened data around the prior centre, linearised at the fit.
+    data: DVector<f64>,
+}
+
+/// What one column says.
+#[derive(Clone, Debug)]
+pub struct Score {
+    /// ln B against the model alone.
+    pub log_bayes_factor: f64,
+    /// Best magnitude in prior sd.
+    pub magnitude: f64,
+    /// Its sd in prior sd.
+    pub sd: f64,
+    /// h: information about the magnitude that the soil leaves over.
+    pub information: f64,
+    /// Share of the signature that a re-fit of the soil absorbs.
+    pub absorbed: f64,
+    /// C0^-1 j, for cosines.
+    projected: DVector<f64>,
+    column: DVector<f64>,
+}
+
+impl Tangent {
+    /// The tangent space of a fit.
+    pub(crate) fn of(fit: &Fit) -> Self {
+        let d = fit.x.len();
+        let h = fit.jacobian.tr_mul(&fit.jacobian) + DMatrix::identity(d, d);
+        Tangent {
+            data: &fit.residual + &fit.jacobian * &fit.x,
+            information: Cholesky::new(h),
+            jacobian: fit.jacobian.clone(),
+        }
+    }
+
+    fn project(&self, v: &DVector<f64>) -> DVector<f64> {
+        match &self.information {
+            Some(h) => v - &self.jacobian * h.solve(&self.jacobian.tr_mul(v)),
+            None => v.clone(),
+        }
+    }
+
+    /// The score of a whitened column.
+    pub(crate) fn score(&self, column: DVector<f64>, one_sided: bool) -> Score {
+        let projected = self.project(&column);
+        let h = projected.dot(&column).max(0.0);
+        let g = projected.dot(&self.data);
+        let (mu, sd) = (g / (1.0 + h), (1.0 + h).powf(-0.5));
+        let mut log_bayes_factor = 0.5 * g * g / (1.0 + h) - 0.5 * (1.0 + h).ln();
+        if one_sided {
+            log_bayes_factor += std::f64::consts::LN_2 + ln_normal_cdf(mu / sd);
+        }
+        let raw = column.norm_squared();
+        Score {
+            log_bayes_factor,
+            magnitude: if one_sided { mu.max(0.0) } else { mu },
+            sd,
+            information: h,
+            absorbed: if raw > 0.0 {
+                (1.0 - h / raw).clamp(0.0, 1.0)
+            } else {
+                1.0
+            },
+            projected,
+            column,
+        }
+    }
+}
+
+impl Score {
+    /// Cosine of two signatures after the soil is re-fitted.
+    pub fn cosine(&self, other: &Score) -> f64 {
+        let norm = (self.information * other.information).sqrt();
+        if norm > 0.0 {
+            (self.projected.dot(&other.column) / norm).clamp(-1.0, 1.0)
+        } else {
+            0.0
+        }
+    }
+}

@@ -1,0 +1,39 @@
+//! What is asked of a diagnosis.
+
+use terra_data::{GapSettings, Rover};
+
+use crate::holdout::HoldOut;
+
+/// Kind of log, which decides what can be asked.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LogKind {
+    /// A vehicle.
+    Drive,
+    /// One wheel on a testbed.
+    Rig,
+}
+
+/// Options of a diagnosis.
+#[derive(Clone, Debug)]
+pub struct Settings {
+    /// Candidate effects by name; `None` for all.
+    pub effects: Option<Vec<String>>,
+    /// Groups to hold out; `None` for the default of the log's kind.
+    pub hold_out: Option<HoldOut>,
+    /// Largest number of effects combined (1 or 2).
+    pub combine: usize,
+    /// Window, slip range, priors.
+    pub gap: GapSettings,
+}
+
+impl Settings {
+    /// The settings of a rover file.
+    pub fn of(rover: &Rover) -> Self {
+        Settings {
+            effects: None,
+            hold_out: None,
+            combine: 2,
+            gap: rover.gap,
+        }
+    }
+}

@@ -1,0 +1,42 @@
+//! What all steps of a diagnosis share: the nominal simulator with its rivals, the screen's rows, and the thresholds.
+
+use std::sync::Arc;
+
+use terra_data::Rover;
+use terra_mme::FitSpace;
+use terra_model::{Law, Registry};
+
+use crate::screen::Score;
+use crate::settings::LogKind;
+
+/// |cosine| from which two signatures cannot be told apart.
+pub const LOOK_ALIKE: f64 = 0.95;
+/// Whitened misfit per value up to which a fit is adequate: what null contrasts of real rigs reach.
+pub const ADEQUATE: f64 = 4.0;
+
+/// The nominal simulator and its rivals, ready to be fitted.
+pub(crate) struct Setup<'a> {
+    /// Models and effects by name.
+    pub registry: &'a Registry,
+    /// The rover file.
+    pub rover: &'a Rover,
+    /// Nominal law.
+    pub law: Law,
+    /// Its free soil parameters.
+    pub soil: Arc<FitSpace>,
+    /// Other terrain models with theirs, for `structure:<model>`.
+    pub structures: Vec<(Law, Arc<FitSpace>)>,
+    /// Kind of log.
+    pub kind: LogKind,
+}
+
+/// One effect as the screen saw it.
+#[derive(Clone, Debug)]
+pub struct Screened {
+    /// Effect.
+    pub name: String,
+    /// Its form.
+    pub form: String,
+    /// Its score.
+    pub score: Score,
+}

@@ -1,0 +1,124 @@
+//! "None of the known effects": a smooth discrepancy that no hypothesis has.
+//!
+//! # Equation
+//! y0 ~ N(0, I + J J' + a² Φ Φ'), Φ smooth functions of slip and of load, speed, path and pass in every channel, whitened;
+//! by Woodbury in the few columns of B = \[J, a Φ\]: ln det(I + B'B) and y'y - y'B (I + B'B)^-1 B'y.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::dataset::DataSet;
+use crate::evidence::log_sum_exp;
+use crate::fit::Fit;
+use crate::noise::{DISCREPANCY_LENGTH, Whitener};
+
+/// Factors, beside slip, along which a discrepancy may vary linearly.
+const LINEAR: [&str; 4] = ["load", "speed", "path", "pass"];
+
+/// Smooth discrepancy features of every channel, in units of its scale, not whitened.
+pub(crate) fn features(data: &DataSet) -> DMatrix<f64> {
+    let slips: Vec<f64> = data
+        .observations
+        .iter()
+        .filter_map(|o| o.factors.get("slip").copied())
+        .collect();
+    let (low, high) = range(&slips);
+    let centres: Vec<f64> = if high - low < 1e-6 {
+        vec![low]
+    } else {
+        let n = ((high - low) / DISCREPANCY_LENGTH).ceil() as usize + 1;
+        (0..=n)
+            .map(|i| low + (high - low) * i as f64 / n as f64)
+            .collect()
+    };
+    let factors: Vec<(&str, f64, f64)> = LINEAR
+        .iter()
+        .filter_map(|&name| {
+            let v: Vec<f64> = data
+                .observations
+                .iter()
+                .filter_map(|o| o.factors.get(name).copied())
+                .collect();
+            let (low, high) = range(&v);
+            (high - low > 1e-3 * high.abs().max(low.abs())).then_some((
+                name,
+                0.5 * (low + high),
+                0.5 * (high - low),
+            ))
+        })
+        .collect();
+    let each = centres.len() + factors.len();
+    let places: Vec<(usize, usize)> = data.stacked().collect();
+    DMatrix::from_fn(places.len(), each * data.channels.len(), |row, column| {
+        let (i, channel) = places[row];
+        if column / each != channel {
+            return 0.0;
+        }
+        let f = &data.observations[i].factors;
+        let scale = data.channels[channel].scale;
+        let k = column % each;
+        match centres.get(k) {
+            Some(c) => {
+                let d = (f.get("slip").copied().unwrap_or(*c) - c) / DISCREPANCY_LENGTH;
+                // Half the centres overlap any point: sqrt(1/2) keeps the prior variance near scale².
+                scale * (-d * d).exp() * std::f64::consts::FRAC_1_SQRT_2
+            }
+            None => {
+                let (name, middle, half) = factors[k - centres.len()];
+                scale * f.get(name).map_or(0.0, |v| (v - middle) / half)
+            }
+        }
+    })
+}
+
+fn range(v: &[f64]) -> (f64, f64) {
+    v.iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| {
+            (a.min(*x), b.max(*x))
+        })
+}
+
+/// ln of the evidence gained by giving a fit a discrepancy, amplitudes marginalised with equal weights.
+pub(crate) fn gain(data: &DataSet, fit: &Fit, whitener: &Whitener, amplitudes: &[f64]) -> f64 {
+    let phi = whitener.apply(&features(data));
+    let y = &fit.residual + &fit.jacobian * &fit.x;
+    let base = log_density(&y, &fit.jacobian);
+    log_sum_exp(amplitudes.iter().map(|a| {
+        let mut b = fit
+            .jacobian
+            .clone()
+            .resize_horizontally(fit.jacobian.ncols() + phi.ncols(), 0.0);
+        b.columns_mut(fit.jacobian.ncols(), phi.ncols())
+            .copy_from(&(&phi * *a));
+        log_density(&y, &b) - base
+    })) - (amplitudes.len() as f64).ln()
+}
+
+/// ln N(y; 0, I + B B') without the constant.
+fn log_density(y: &DVector<f64>, b: &DMatrix<f64>) -> f64 {
+    let h = b.tr_mul(b) + DMatrix::identity(b.ncols(), b.ncols());
+    let by = b.tr_mul(y);
+    match h.cholesky() {
+        Some(c) => {
+            let log_det = 2.0 * c.l_dirty().diagonal().iter().map(|v| v.ln()).sum::<f64>();
+            -0.5 * (y.norm_squared() - by.dot(&c.solve(&by))) - 0.5 * log_det
+        }
+        None => f64::NEG_INFINITY,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Against the dense formula: ln N(y; 0, I + B B') = -y'S^-1 y/2 - ln det S/2.
+    #[test]
+    fn woodbury_equals_dense() {
+        let b = DMatrix::from_fn(6, 2, |r, c| ((r * 7 + c * 3) as f64).sin());
+        let y = DVector::from_fn(6, |r, _| (r as f64).cos());
+        let s = &b * b.transpose() + DMatrix::identity(6, 6);
+        let c = s.cholesky().unwrap();
+        let dense =
+            -0.5 * y.dot(&c.solve(&y)) - c.l().diagonal().iter().map(|v| v.ln()).sum::<f64>();
+        assert!((log_density(&y, &b) - dense).abs() < 1e-12);
+    }
+}

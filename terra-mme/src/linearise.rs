@@ -1,0 +1,234 @@
+//! Whitened residuals of many observations and their exact Jacobian in the fit vector.
+//!
+//! # Equation
+//! Row block k: L_k⁻¹ (r_k - ρ_k r_(k-1)), L_k L_kᵀ = S_k (1 - ρ_k²); columns L_k⁻¹ (A dF_k/dq - ρ_k A dF_(k-1)/dq).
+
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use terra_model::{ForceLaw, Law};
+
+use crate::error::EstimatorError;
+use crate::fit_space::FitSpace;
+use crate::observation::ForceObservation;
+use crate::prediction::model_error;
+use crate::residual::{covariance, observes_sinkage};
+use crate::whiten::{Clock, Prewhitening};
+
+/// What a fit is about.
+pub(crate) struct Problem<'a> {
+    law: &'a Law,
+    space: &'a FitSpace,
+    observations: &'a [ForceObservation],
+    /// ρ between each observation and the one before.
+    correlations: Vec<f64>,
+    rows: usize,
+}
+
+/// Everything at one q.
+pub(crate) struct Linearised {
+    /// Whitened residual (rows).
+    pub(crate) residual: DVector<f64>,
+    /// Its Jacobian (rows x dim).
+    pub(crate) jacobian: DMatrix<f64>,
+    /// The whitening of each observation.
+    pub(crate) factors: Vec<Cholesky<f64, Dyn>>,
+}
+
+/// One observation before whitening: r (m), A dF/dq (m x dim), S (m x m).
+struct One {
+    residual: DVector<f64>,
+    slopes: DMatrix<f64>,
+    covariance: DMatrix<f64>,
+}
+
+impl<'a> Problem<'a> {
+    pub(crate) fn new(
+        law: &'a Law,
+        space: &'a FitSpace,
+        observations: &'a [ForceObservation],
+        whitening: Option<Prewhitening>,
+    ) -> Result<Self, EstimatorError> {
+        if observations.is_empty() {
+            return Err(EstimatorError::NoObservations);
+        }
+        let mut clock = Clock::default();
+        let mut correlations = Vec::with_capacity(observations.len());
+        for obs in observations {
+            obs.check()?;
+            correlations.push(clock.correlation(obs, whitening)?);
+            clock.advance(obs);
+        }
+        let rows = observations.iter().map(|o| o.forces.len()).sum();
+        Ok(Problem {
+            law,
+            space,
+            observations,
+            correlations,
+            rows,
+        })
+    }
+
+    /// Residuals and Jacobians at q, whitened by the covariance at q.
+    pub(crate) fn linearise(&self, q: &[f64]) -> Result<Linearised, EstimatorError> {
+        let p = self.space.parameters(q);
+        let dp_dq = self.space.jacobian(q);
+        let n = self.space.dim();
+        let mut residual = DVector::zeros(self.rows);
+        let mut jacobian = DMatrix::zeros(self.rows, n);
+        let mut factors = Vec::with_capacity(self.observations.len());
+        let mut previous: Option<(DVector<f64>, DMatrix<f64>)> = None;
+        let mut row = 0;
+        for (obs, &rho) in self.observations.iter().zip(&self.correlations) {
+            let One {
+                residual: r,
+                slopes,
+                covariance: s,
+            } = self.one(obs, &p, &dp_dq)?;
+            let m = r.len();
+            let (white, columns) = match &previous {
+                Some((last, last_slopes)) if rho > 0.0 => {
+                    (&r - last * rho, &slopes - last_slopes * rho)
+                }
+                _ => (r.clone(), slopes.clone()),
+            };
+            let factor = (s * (1.0 - rho * rho)).cholesky().ok_or_else(|| {
+                EstimatorError::NotPositiveDefinite {
+                    hypothesis: "fit".to_owned(),
+                    time: obs.time,
+                }
+            })?;
+            let solved = factor.l_dirty().solve_lower_triangular(&white);
+            let solved_columns = factor.l_dirty().solve_lower_triangular(&columns);
+            let (white, columns) =
+                solved
+                    .zip(solved_columns)
+                    .ok_or(EstimatorError::Decomposition {
+                        what: "whitening of a residual",
+                    })?;
+            residual.rows_mut(row, m).copy_from(&white);
+            jacobian.rows_mut(row, m).copy_from(&columns);
+            factors.push(factor);
+            previous = Some((r, slopes));
+            row += m;
+        }
+        Ok(Linearised {
+            residual,
+            jacobian,
+            factors,
+        })
+    }
+
+    /// One observation before whitening.
+    fn one(
+        &self,
+        obs: &ForceObservation,
+        p: &[f64],
+        dp_dq: &DMatrix<f64>,
+    ) -> Result<One, EstimatorError> {
+        let (w, n) = (obs.contacts.len(), p.len());
+        let mut forces = DVector::zeros(3 * w);
+        let mut in_parameters = DMatrix::zeros(3 * w, n);
+        let mut in_inputs = DMatrix::zeros(3 * w, 2 * w);
+        for (k, at) in obs.contacts.iter().enumerate() {
+            let (f, jac) = self
+                .law
+                .jacobian(p, at)
+                .map_err(|e| model_error("fit", e))?;
+            if f.sinkage.is_none() && observes_sinkage(obs) {
+                return Err(EstimatorError::NoSinkage {
+                    hypothesis: "fit".to_owned(),
+                    model: self.law.name(),
+                });
+            }
+            let row = [f.drawbar_pull, f.resistive_torque, f.sinkage.unwrap_or(0.0)];
+            forces.rows_mut(3 * k, 3).copy_from_slice(&row);
+            in_parameters
+                .rows_mut(3 * k, 3)
+                .copy_from(&jac.view((0, 0), (3, n)));
+            in_inputs
+                .view_mut((3 * k, 2 * k), (3, 2))
+                .copy_from(&jac.view((0, n), (3, 2)));
+        }
+        let s = covariance(obs, &(&obs.map * in_inputs));
+        Ok(One {
+            residual: &obs.map * forces - &obs.forces,
+            slopes: &obs.map * (in_parameters * dp_dq),
+            covariance: s,
+        })
+    }
+
+    /// Residuals at q under the whitening of another point; `None` where the law refuses.
+    pub(crate) fn residual(
+        &self,
+        q: &[f64],
+        factors: &[Cholesky<f64, Dyn>],
+    ) -> Option<DVector<f64>> {
+        let p = self.space.parameters(q);
+        let mut residual = DVector::zeros(self.rows);
+        let mut previous: Option<DVector<f64>> = None;
+        let mut row = 0;
+        for ((obs, &rho), factor) in self
+            .observations
+            .iter()
+            .zip(&self.correlations)
+            .zip(factors)
+        {
+            let mut forces = DVector::zeros(3 * obs.contacts.len());
+            for (k, at) in obs.contacts.iter().enumerate() {
+                let f = self.law.forces(&p, at).ok()?;
+                let row = [f.drawbar_pull, f.resistive_torque, f.sinkage.unwrap_or(0.0)];
+                forces.rows_mut(3 * k, 3).copy_from_slice(&row);
+            }
+            let r = &obs.map * forces - &obs.forces;
+            let m = r.len();
+            let white = match &previous {
+                Some(last) if rho > 0.0 => &r - last * rho,
+                _ => r.clone(),
+            };
+            residual
+                .rows_mut(row, m)
+                .copy_from(&factor.l_dirty().solve_lower_triangular(&white)?);
+            previous = Some(r);
+            row += m;
+        }
+        Some(residual)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::prior::{Centre, Priors};
+    use terra_model::{Contact, Registry, catalogue};
+
+    #[test]
+    fn jacobian_is_the_slope_of_the_whitened_residual() {
+        let law = Registry::builtin().law("wong-reece").unwrap();
+        let terrain = catalogue::find("dry_sand").unwrap();
+        let space =
+            FitSpace::new(&law, Centre::Terrain(terrain), &[0.15], &Priors::default()).unwrap();
+        let row = |k: usize| {
+            let at = Contact::new(0.1 + 0.2 * k as f64, 200.0 + 30.0 * k as f64, 0.254, 0.15);
+            let y = [Some(10.0), Some(15.0), Some(0.03)];
+            ForceObservation::wheel(0.01 * k as f64, 0, y, at, &[0.5, 0.1, 0.003, 0.005, 0.5])
+                .unwrap()
+        };
+        let rows: Vec<_> = (0..4).map(row).collect();
+        let whitening = Some(Prewhitening::new(0.8, 0.01).unwrap());
+        let problem = Problem::new(&law, &space, &rows, whitening).unwrap();
+        let q = [0.3, -0.2, 0.1, 0.4, -0.5, 0.2, -0.1];
+        let at = problem.linearise(&q).unwrap();
+        assert!((problem.residual(&q, &at.factors).unwrap() - &at.residual).amax() < 1e-9);
+        for k in 0..q.len() {
+            let moved = |h: f64| {
+                let mut q = q;
+                q[k] += h;
+                problem.residual(&q, &at.factors).unwrap()
+            };
+            let slope = (moved(1e-4) - moved(-1e-4)) / 2e-4;
+            assert!(
+                (&slope - at.jacobian.column(k)).amax() < 1e-5 * (1.0 + slope.amax()),
+                "column {k}"
+            );
+        }
+    }
+}

@@ -1,0 +1,12 @@
+//! Claims about weighing hypotheses, tested from their statement: theorems, published figures, stored counterexamples.
+#![allow(clippy::unwrap_used, clippy::panic, missing_docs)]
+
+mod common;
+mod fit;
+mod mixtures;
+mod propositions;
+mod refining;
+mod rivals;
+mod sums;
+mod switching;
+mod weighing;

@@ -1,0 +1,242 @@
+//! The trait an effect's author writes, and its erased form.
+
+use crate::contact::{Contact, Hook};
+use crate::dual::Dual8;
+use crate::forces::WheelForces;
+use crate::lanes::Lanes;
+use crate::model::Soil;
+use crate::param::Param;
+use crate::real::Real;
+use crate::vehicle::{BodyLoads, Motion, Vehicle};
+
+/// What a log reports. An effect on an instrument changes one of these.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Channel {
+    /// Torque the motor delivers at the wheel, as logged \[N m\].
+    WheelTorque,
+    /// Wheel speed \[rad/s\].
+    WheelSpeed,
+    /// Ground speed \[m/s\].
+    GroundSpeed,
+    /// Yaw rate \[rad/s\].
+    YawRate,
+    /// Specific force along x \[m/s²\].
+    AccelX,
+    /// Drawbar pull of a rig's load cell \[N\].
+    DrawbarPull,
+    /// Normal load of a rig \[N\].
+    NormalLoad,
+    /// Sinkage \[m\].
+    Sinkage,
+}
+
+/// Which of its five methods an effect overrides: where in the chain it acts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Touch {
+    /// The contact before the model.
+    Contact,
+    /// The forces after the model.
+    Forces,
+    /// The vehicle's geometry and mass.
+    Vehicle,
+    /// Loads on body or drivetrain.
+    Loads,
+    /// What a sensor reports.
+    Sensor,
+}
+
+/// On which kind of log an effect can show.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Scope {
+    /// Vehicle and rig.
+    Any,
+    /// Vehicle only.
+    Drive,
+    /// Rig only.
+    Rig,
+}
+
+/// A candidate unmodelled effect, of magnitude `e` (one or more numbers; 0 is the nominal world, bit for bit).
+///
+/// An effect may act in five places, each one method with the identity as default: on the contact before the model
+/// (the hooks included), on the forces after it, on the vehicle, on the loads beside the wheels, on a sensor.
+pub trait Effect: Default + Send + Sync + 'static {
+    /// Kebab-case name. Several forms of one effect share it.
+    const NAME: &'static str;
+    /// Which formula of that name this is.
+    const FORM: &'static str = "default";
+    /// One line: what happens.
+    const SUMMARY: &'static str;
+    /// The magnitudes; the first is *the* magnitude.
+    const PARAMS: &'static [Param];
+    /// Where the equation comes from.
+    const REFERENCE: &'static str;
+    /// Hooks the model must honour.
+    const NEEDS: &'static [Hook] = &[];
+    /// Soil values the model must know (`cohesion`, `friction_angle`).
+    const NEEDS_SOIL: &'static [&'static str] = &[];
+    /// Which methods it overrides.
+    const TOUCHES: &'static [Touch];
+    /// Kinds of log it can show on.
+    const SCOPE: Scope = Scope::Any;
+    /// Where in a log it shows.
+    const REGIME: &'static str;
+    /// The experiment that isolates it.
+    const ISOLATED_BY: &'static str;
+
+    /// The contact the model should see.
+    fn before<T: Real>(&self, e: &[T], soil: &Soil<T>, at: Contact<T>) -> Contact<T> {
+        let _ = (e, soil);
+        at
+    }
+    /// The forces after the model.
+    fn after<T: Real>(
+        &self,
+        e: &[T],
+        soil: &Soil<T>,
+        at: &Contact<T>,
+        forces: WheelForces<T>,
+    ) -> WheelForces<T> {
+        let _ = (e, soil, at);
+        forces
+    }
+    /// The vehicle as it really is.
+    fn vehicle<T: Real>(&self, e: &[T], vehicle: Vehicle<T>) -> Vehicle<T> {
+        let _ = e;
+        vehicle
+    }
+    /// Loads beside the wheel forces.
+    fn loads<T: Real>(
+        &self,
+        e: &[T],
+        vehicle: &Vehicle<T>,
+        motion: &Motion<T>,
+        loads: BodyLoads<T>,
+    ) -> BodyLoads<T> {
+        let _ = (e, vehicle, motion);
+        loads
+    }
+    /// What the sensor reports when the truth is `truth` and changes at `rate` per second.
+    fn report<T: Real>(&self, e: &[T], channel: Channel, truth: T, rate: T) -> T {
+        let _ = (e, channel, rate);
+        truth
+    }
+}
+
+/// An effect at one scalar.
+pub trait EffectAt<T: Real>: Send + Sync {
+    /// See [`Effect::before`].
+    fn before_at(&self, e: &[T], soil: &Soil<T>, at: Contact<T>) -> Contact<T>;
+    /// See [`Effect::after`].
+    fn after_at(
+        &self,
+        e: &[T],
+        soil: &Soil<T>,
+        at: &Contact<T>,
+        forces: WheelForces<T>,
+    ) -> WheelForces<T>;
+    /// See [`Effect::vehicle`].
+    fn vehicle_at(&self, e: &[T], vehicle: Vehicle<T>) -> Vehicle<T>;
+    /// See [`Effect::loads`].
+    fn loads_at(
+        &self,
+        e: &[T],
+        vehicle: &Vehicle<T>,
+        motion: &Motion<T>,
+        loads: BodyLoads<T>,
+    ) -> BodyLoads<T>;
+    /// See [`Effect::report`].
+    fn report_at(&self, e: &[T], channel: Channel, truth: T, rate: T) -> T;
+}
+
+impl<E: Effect, T: Real> EffectAt<T> for E {
+    fn before_at(&self, e: &[T], soil: &Soil<T>, at: Contact<T>) -> Contact<T> {
+        self.before(e, soil, at)
+    }
+    fn after_at(
+        &self,
+        e: &[T],
+        soil: &Soil<T>,
+        at: &Contact<T>,
+        forces: WheelForces<T>,
+    ) -> WheelForces<T> {
+        self.after(e, soil, at, forces)
+    }
+    fn vehicle_at(&self, e: &[T], vehicle: Vehicle<T>) -> Vehicle<T> {
+        self.vehicle(e, vehicle)
+    }
+    fn loads_at(
+        &self,
+        e: &[T],
+        vehicle: &Vehicle<T>,
+        motion: &Motion<T>,
+        loads: BodyLoads<T>,
+    ) -> BodyLoads<T> {
+        self.loads(e, vehicle, motion, loads)
+    }
+    fn report_at(&self, e: &[T], channel: Channel, truth: T, rate: T) -> T {
+        self.report(e, channel, truth, rate)
+    }
+}
+
+/// Any effect, known only by name.
+pub trait AnyEffect: EffectAt<f64> + EffectAt<Dual8> + EffectAt<Lanes> {
+    /// Kebab-case name.
+    fn name(&self) -> &'static str;
+    /// Which formula of that name.
+    fn form(&self) -> &'static str;
+    /// One line of meaning.
+    fn summary(&self) -> &'static str;
+    /// Magnitudes.
+    fn params(&self) -> &'static [Param];
+    /// Source.
+    fn reference(&self) -> &'static str;
+    /// Hooks the model must honour.
+    fn needs(&self) -> &'static [Hook];
+    /// Soil values the model must know.
+    fn needs_soil(&self) -> &'static [&'static str];
+    /// Where in the chain it acts.
+    fn touches(&self) -> &'static [Touch];
+    /// Kinds of log.
+    fn scope(&self) -> Scope;
+    /// Where in a log it shows.
+    fn regime(&self) -> &'static str;
+    /// The experiment that isolates it.
+    fn isolated_by(&self) -> &'static str;
+}
+
+impl<E: Effect> AnyEffect for E {
+    fn name(&self) -> &'static str {
+        E::NAME
+    }
+    fn form(&self) -> &'static str {
+        E::FORM
+    }
+    fn summary(&self) -> &'static str {
+        E::SUMMARY
+    }
+    fn params(&self) -> &'static [Param] {
+        E::PARAMS
+    }
+    fn reference(&self) -> &'static str {
+        E::REFERENCE
+    }
+    fn needs(&self) -> &'static [Hook] {
+        E::NEEDS
+    }
+    fn needs_soil(&self) -> &'static [&'static str] {
+        E::NEEDS_SOIL
+    }
+    fn touches(&self) -> &'static [Touch] {
+        E::TOUCHES
+    }
+    fn scope(&self) -> Scope {
+        E::SCOPE
+    }
+    fn regime(&self) -> &'static str {
+        E::REGIME
+    }
+    fn isolated_by(&self) -> &'static str {
+        E::ISOLATED_BY
+    }
+}

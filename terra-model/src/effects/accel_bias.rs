@@ -1,0 +1,44 @@
+//! The accelerometer has an offset.
+//!
+//! # Equation
+//! a_reported = a + e
+//!
+//! # Reference
+//! chosen form and prior.
+
+use crate::effect::{Channel, Effect, Scope, Touch};
+use crate::param::{Param, Scale};
+use crate::real::Real;
+
+/// The accelerometer has an offset.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct AccelBias;
+
+impl Effect for AccelBias {
+    const NAME: &'static str = "accel-bias";
+    const SUMMARY: &'static str = "the accelerometer has an offset";
+    const PARAMS: &'static [Param] = &[Param {
+        name: "magnitude",
+        symbol: "e",
+        unit: "m/s²",
+        min: f64::NEG_INFINITY,
+        max: f64::INFINITY,
+        scale: Scale::Linear,
+        prior_sd: 0.15,
+        doc: "offset",
+    }];
+    const REFERENCE: &'static str = "chosen form and prior";
+    const TOUCHES: &'static [Touch] = &[Touch::Sensor];
+    const SCOPE: Scope = Scope::Drive;
+    const REGIME: &'static str = "specific force, at every slip";
+    const ISOLATED_BY: &'static str =
+        "log the vehicle standing on level ground, then turned by 180°";
+
+    fn report<T: Real>(&self, e: &[T], channel: Channel, truth: T, _rate: T) -> T {
+        if channel == Channel::AccelX {
+            truth + e[0]
+        } else {
+            truth
+        }
+    }
+}

@@ -1,0 +1,47 @@
+//! Air resistance.
+//!
+//! # Equation
+//! forward force - e v |v|
+//!
+//! # Reference
+//! chosen form and prior.
+
+use crate::effect::{Effect, Scope, Touch};
+use crate::param::{Param, Scale};
+use crate::real::Real;
+use crate::vehicle::{BodyLoads, Motion, Vehicle};
+
+/// Air resistance.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct AeroDrag;
+
+impl Effect for AeroDrag {
+    const NAME: &'static str = "aero-drag";
+    const SUMMARY: &'static str = "air resistance";
+    const PARAMS: &'static [Param] = &[Param {
+        name: "magnitude",
+        symbol: "e",
+        unit: "N s²/m²",
+        min: 0.0,
+        max: 1000.0,
+        scale: Scale::Linear,
+        prior_sd: 8.0,
+        doc: "drag coefficient",
+    }];
+    const REFERENCE: &'static str = "chosen form and prior";
+    const TOUCHES: &'static [Touch] = &[Touch::Loads];
+    const SCOPE: Scope = Scope::Drive;
+    const REGIME: &'static str = "sum of forces at high speed";
+    const ISOLATED_BY: &'static str = "coast down on hard ground";
+
+    fn loads<T: Real>(
+        &self,
+        e: &[T],
+        _vehicle: &Vehicle<T>,
+        motion: &Motion<T>,
+        mut loads: BodyLoads<T>,
+    ) -> BodyLoads<T> {
+        loads.force_x -= e[0] * motion.speed * motion.speed.abs();
+        loads
+    }
+}

@@ -1,0 +1,41 @@
+//! The centre of mass lies elsewhere along the vehicle.
+//!
+//! # Equation
+//! front axle load m g (1/2 + e), centre of mass e L further forward
+//!
+//! # Reference
+//! chosen form and prior.
+
+use crate::effect::{Effect, Scope, Touch};
+use crate::param::{Param, Scale};
+use crate::real::Real;
+use crate::vehicle::Vehicle;
+
+/// The centre of mass lies elsewhere along the vehicle.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct CgOffset;
+
+impl Effect for CgOffset {
+    const NAME: &'static str = "cg-offset";
+    const SUMMARY: &'static str = "the centre of mass lies elsewhere along the vehicle";
+    const PARAMS: &'static [Param] = &[Param {
+        name: "magnitude",
+        symbol: "e",
+        unit: "1",
+        min: -0.45,
+        max: 0.45,
+        scale: Scale::Linear,
+        prior_sd: 0.08,
+        doc: "offset over wheelbase, forward positive",
+    }];
+    const REFERENCE: &'static str = "chosen form and prior";
+    const TOUCHES: &'static [Touch] = &[Touch::Vehicle];
+    const SCOPE: Scope = Scope::Drive;
+    const REGIME: &'static str = "front against rear, acceleration";
+    const ISOLATED_BY: &'static str = "weigh both axles";
+
+    fn vehicle<T: Real>(&self, e: &[T], mut vehicle: Vehicle<T>) -> Vehicle<T> {
+        vehicle.cg_to_front_axle -= e[0] * vehicle.wheelbase;
+        vehicle
+    }
+}

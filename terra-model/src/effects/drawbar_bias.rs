@@ -1,0 +1,43 @@
+//! The load cell of the drawbar has an offset.
+//!
+//! # Equation
+//! D_reported = D + e
+//!
+//! # Reference
+//! chosen form and prior.
+
+use crate::effect::{Channel, Effect, Scope, Touch};
+use crate::param::{Param, Scale};
+use crate::real::Real;
+
+/// The load cell of the drawbar has an offset.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct DrawbarBias;
+
+impl Effect for DrawbarBias {
+    const NAME: &'static str = "drawbar-bias";
+    const SUMMARY: &'static str = "the load cell of the drawbar has an offset";
+    const PARAMS: &'static [Param] = &[Param {
+        name: "magnitude",
+        symbol: "e",
+        unit: "N",
+        min: f64::NEG_INFINITY,
+        max: f64::INFINITY,
+        scale: Scale::Linear,
+        prior_sd: 2.0,
+        doc: "offset",
+    }];
+    const REFERENCE: &'static str = "chosen form and prior";
+    const TOUCHES: &'static [Touch] = &[Touch::Sensor];
+    const SCOPE: Scope = Scope::Rig;
+    const REGIME: &'static str = "pull only, at every slip";
+    const ISOLATED_BY: &'static str = "log the unloaded load cell";
+
+    fn report<T: Real>(&self, e: &[T], channel: Channel, truth: T, _rate: T) -> T {
+        if channel == Channel::DrawbarPull {
+            truth + e[0]
+        } else {
+            truth
+        }
+    }
+}

@@ -1,0 +1,43 @@
+//! The load cell of the drawbar is off by a factor.
+//!
+//! # Equation
+//! D_reported = (1 + e) D
+//!
+//! # Reference
+//! chosen form and prior.
+
+use crate::effect::{Channel, Effect, Scope, Touch};
+use crate::param::{Param, Scale};
+use crate::real::Real;
+
+/// The load cell of the drawbar is off by a factor.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct DrawbarGain;
+
+impl Effect for DrawbarGain {
+    const NAME: &'static str = "drawbar-gain";
+    const SUMMARY: &'static str = "the load cell of the drawbar is off by a factor";
+    const PARAMS: &'static [Param] = &[Param {
+        name: "magnitude",
+        symbol: "e",
+        unit: "1",
+        min: -0.9,
+        max: 5.0,
+        scale: Scale::Linear,
+        prior_sd: 0.05,
+        doc: "relative error of the load cell",
+    }];
+    const REFERENCE: &'static str = "chosen form and prior";
+    const TOUCHES: &'static [Touch] = &[Touch::Sensor];
+    const SCOPE: Scope = Scope::Rig;
+    const REGIME: &'static str = "pull only";
+    const ISOLATED_BY: &'static str = "hang a known weight on the load cell";
+
+    fn report<T: Real>(&self, e: &[T], channel: Channel, truth: T, _rate: T) -> T {
+        if channel == Channel::DrawbarPull {
+            truth * (e[0] + 1.0)
+        } else {
+            truth
+        }
+    }
+}

@@ -1,0 +1,48 @@
+//! Friction between motor and wheel that grows with speed.
+//!
+//! # Equation
+//! the motor delivers e ω more
+//!
+//! # Reference
+//! chosen form and prior.
+
+use crate::effect::{Effect, Touch};
+use crate::param::{Param, Scale};
+use crate::real::Real;
+use crate::vehicle::{BodyLoads, Motion, Vehicle};
+
+/// Friction between motor and wheel that grows with speed.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct DrivetrainViscousFriction;
+
+impl Effect for DrivetrainViscousFriction {
+    const NAME: &'static str = "drivetrain-viscous-friction";
+    const SUMMARY: &'static str = "friction between motor and wheel that grows with speed";
+    const PARAMS: &'static [Param] = &[Param {
+        name: "magnitude",
+        symbol: "e",
+        unit: "N m s",
+        min: f64::NEG_INFINITY,
+        max: f64::INFINITY,
+        scale: Scale::Linear,
+        prior_sd: 0.8,
+        doc: "friction coefficient at the wheel",
+    }];
+    const REFERENCE: &'static str = "chosen form and prior";
+    const TOUCHES: &'static [Touch] = &[Touch::Loads];
+    const REGIME: &'static str = "torque against wheel speed";
+    const ISOLATED_BY: &'static str = "spin the lifted wheel at two speeds";
+
+    fn loads<T: Real>(
+        &self,
+        e: &[T],
+        _vehicle: &Vehicle<T>,
+        motion: &Motion<T>,
+        mut loads: BodyLoads<T>,
+    ) -> BodyLoads<T> {
+        for (torque, w) in loads.wheel_torque.iter_mut().zip(motion.wheel_speed) {
+            *torque += e[0] * w;
+        }
+        loads
+    }
+}

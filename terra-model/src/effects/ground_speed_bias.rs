@@ -1,0 +1,43 @@
+//! The logged ground speed has an offset.
+//!
+//! # Equation
+//! v_reported = v + e
+//!
+//! # Reference
+//! chosen form and prior.
+
+use crate::effect::{Channel, Effect, Scope, Touch};
+use crate::param::{Param, Scale};
+use crate::real::Real;
+
+/// The logged ground speed has an offset.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct GroundSpeedBias;
+
+impl Effect for GroundSpeedBias {
+    const NAME: &'static str = "ground-speed-bias";
+    const SUMMARY: &'static str = "the logged ground speed has an offset";
+    const PARAMS: &'static [Param] = &[Param {
+        name: "magnitude",
+        symbol: "e",
+        unit: "m/s",
+        min: f64::NEG_INFINITY,
+        max: f64::INFINITY,
+        scale: Scale::Linear,
+        prior_sd: 0.05,
+        doc: "offset",
+    }];
+    const REFERENCE: &'static str = "chosen form and prior";
+    const TOUCHES: &'static [Touch] = &[Touch::Sensor];
+    const SCOPE: Scope = Scope::Drive;
+    const REGIME: &'static str = "slip at low speed";
+    const ISOLATED_BY: &'static str = "log the vehicle standing";
+
+    fn report<T: Real>(&self, e: &[T], channel: Channel, truth: T, _rate: T) -> T {
+        if channel == Channel::GroundSpeed {
+            truth + e[0]
+        } else {
+            truth
+        }
+    }
+}

@@ -1,0 +1,43 @@
+//! The logged ground speed is late.
+//!
+//! # Equation
+//! v_reported(t) = v(t - e), to first order v - e dv/dt
+//!
+//! # Reference
+//! chosen form and prior.
+
+use crate::effect::{Channel, Effect, Scope, Touch};
+use crate::param::{Param, Scale};
+use crate::real::Real;
+
+/// The logged ground speed is late.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct GroundSpeedDelay;
+
+impl Effect for GroundSpeedDelay {
+    const NAME: &'static str = "ground-speed-delay";
+    const SUMMARY: &'static str = "the logged ground speed is late";
+    const PARAMS: &'static [Param] = &[Param {
+        name: "magnitude",
+        symbol: "e",
+        unit: "s",
+        min: 0.0,
+        max: 2.0,
+        scale: Scale::Linear,
+        prior_sd: 0.1,
+        doc: "delay",
+    }];
+    const REFERENCE: &'static str = "chosen form and prior";
+    const TOUCHES: &'static [Touch] = &[Touch::Sensor];
+    const SCOPE: Scope = Scope::Drive;
+    const REGIME: &'static str = "slip while the speed changes";
+    const ISOLATED_BY: &'static str = "a speed step on hard ground";
+
+    fn report<T: Real>(&self, e: &[T], channel: Channel, truth: T, rate: T) -> T {
+        if channel == Channel::GroundSpeed {
+            truth - e[0] * rate
+        } else {
+            truth
+        }
+    }
+}

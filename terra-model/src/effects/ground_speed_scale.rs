@@ -1,0 +1,42 @@
+//! The logged ground speed is off by a factor.
+//!
+//! # Equation
+//! v_reported = (1 + e) v
+//!
+//! # Reference
+//! chosen form and prior.
+
+use crate::effect::{Channel, Effect, Touch};
+use crate::param::{Param, Scale};
+use crate::real::Real;
+
+/// The logged ground speed is off by a factor.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct GroundSpeedScale;
+
+impl Effect for GroundSpeedScale {
+    const NAME: &'static str = "ground-speed-scale";
+    const SUMMARY: &'static str = "the logged ground speed is off by a factor";
+    const PARAMS: &'static [Param] = &[Param {
+        name: "magnitude",
+        symbol: "e",
+        unit: "1",
+        min: -0.9,
+        max: 5.0,
+        scale: Scale::Linear,
+        prior_sd: 0.05,
+        doc: "relative error of the speed",
+    }];
+    const REFERENCE: &'static str = "chosen form and prior";
+    const TOUCHES: &'static [Touch] = &[Touch::Sensor];
+    const REGIME: &'static str = "slip at low slip";
+    const ISOLATED_BY: &'static str = "drive a measured distance on hard ground";
+
+    fn report<T: Real>(&self, e: &[T], channel: Channel, truth: T, _rate: T) -> T {
+        if channel == Channel::GroundSpeed {
+            truth * (e[0] + 1.0)
+        } else {
+            truth
+        }
+    }
+}

@@ -1,0 +1,43 @@
+//! Lugs shear the soil at their tips.
+//!
+//! # Equation
+//! R -> R + e in the shear displacement and in the arm of the shear torque
+//!
+//! # Reference
+//! L. Ding et al., J. Terramechanics 48(1):27-45, 2011; chosen form and prior.
+
+use crate::contact::{Contact, Hook};
+use crate::effect::{Effect, Touch};
+use crate::model::Soil;
+use crate::param::{Param, Scale};
+use crate::real::Real;
+
+/// Lugs shear the soil at their tips.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Grousers;
+
+impl Effect for Grousers {
+    const NAME: &'static str = "grousers";
+    const SUMMARY: &'static str = "lugs shear the soil at their tips";
+    const PARAMS: &'static [Param] = &[Param {
+        name: "magnitude",
+        symbol: "e",
+        unit: "m",
+        min: 0.0,
+        max: 0.2,
+        scale: Scale::Linear,
+        prior_sd: 0.015,
+        doc: "effective lug height",
+    }];
+    const REFERENCE: &'static str =
+        "L. Ding et al., J. Terramechanics 48(1):27-45, 2011; chosen form and prior";
+    const NEEDS: &'static [Hook] = &[Hook::LugHeight];
+    const TOUCHES: &'static [Touch] = &[Touch::Contact];
+    const REGIME: &'static str = "pull and torque up, most on cohesive soil";
+    const ISOLATED_BY: &'static str = "the same wheel with and without lugs";
+
+    fn before<T: Real>(&self, e: &[T], _soil: &Soil<T>, mut at: Contact<T>) -> Contact<T> {
+        at.hooks.lug_height += e[0];
+        at
+    }
+}

@@ -1,0 +1,43 @@
+//! The soil differs between left and right.
+//!
+//! # Equation
+//! k e^(±e/2), + on the right
+//!
+//! # Reference
+//! chosen form and prior.
+
+use crate::contact::{Contact, Hook};
+use crate::effect::{Effect, Scope, Touch};
+use crate::model::Soil;
+use crate::param::{Param, Scale};
+use crate::real::Real;
+
+/// The soil differs between left and right.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct LateralContrast;
+
+impl Effect for LateralContrast {
+    const NAME: &'static str = "lateral-contrast";
+    const SUMMARY: &'static str = "the soil differs between left and right";
+    const PARAMS: &'static [Param] = &[Param {
+        name: "magnitude",
+        symbol: "e",
+        unit: "1",
+        min: f64::NEG_INFINITY,
+        max: f64::INFINITY,
+        scale: Scale::Linear,
+        prior_sd: 0.5,
+        doc: "log ratio of right to left stiffness",
+    }];
+    const REFERENCE: &'static str = "chosen form and prior";
+    const NEEDS: &'static [Hook] = &[Hook::Stiffness];
+    const TOUCHES: &'static [Touch] = &[Touch::Contact];
+    const SCOPE: Scope = Scope::Drive;
+    const REGIME: &'static str = "left against right on straight runs, yaw";
+    const ISOLATED_BY: &'static str = "drive the track back the other way";
+
+    fn before<T: Real>(&self, e: &[T], _soil: &Soil<T>, mut at: Contact<T>) -> Contact<T> {
+        at.hooks.stiffness *= (e[0] * at.side * 0.5).exp();
+        at
+    }
+}

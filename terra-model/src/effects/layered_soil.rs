@@ -1,0 +1,54 @@
+//! A stiffer layer lies some way below the surface.
+//!
+//! # Equation
+//! σ -> σ + k_h (z - z_h) below z_h, k_h = e k z_h^(n - 1), z_h = 30 mm
+//!
+//! # Reference
+//! J. Y. Wong, Theory of Ground Vehicles (layered terrain); chosen form and prior.
+
+use crate::contact::{Contact, Hook};
+use crate::effect::{Effect, Touch};
+use crate::model::Soil;
+use crate::param::{Param, Scale};
+use crate::real::Real;
+
+/// A stiffer layer lies some way below the surface.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct LayeredSoil;
+
+/// z_h of the default form \[m\].
+const DEPTH: f64 = 0.03;
+
+impl Effect for LayeredSoil {
+    const NAME: &'static str = "layered-soil";
+    const SUMMARY: &'static str = "a stiffer layer lies 30 mm below the surface";
+    const PARAMS: &'static [Param] = &[Param {
+        name: "magnitude",
+        symbol: "e",
+        unit: "1",
+        min: 0.0,
+        max: 100.0,
+        scale: Scale::Linear,
+        prior_sd: 2.0,
+        doc: "stiffness of the layer over the secant stiffness of the soil above it",
+    }];
+    const REFERENCE: &'static str =
+        "J. Y. Wong, Theory of Ground Vehicles (layered terrain); chosen form and prior";
+    const NEEDS: &'static [Hook] = &[Hook::Layer];
+    const NEEDS_SOIL: &'static [&'static str] = &["stiffness", "sinkage_exponent"];
+    const TOUCHES: &'static [Touch] = &[Touch::Contact];
+    const REGIME: &'static str = "sinkage and pull, suddenly, where the load reaches the layer";
+    const ISOLATED_BY: &'static str =
+        "a plate test to 100 mm, or two loads that sink less and more than the layer's depth";
+
+    fn before<T: Real>(&self, e: &[T], soil: &Soil<T>, mut at: Contact<T>) -> Contact<T> {
+        // `NEEDS_SOIL` keeps models without k and n away.
+        let (Some(k), Some(n)) = (soil.stiffness, soil.sinkage_exponent) else {
+            return at;
+        };
+        let depth = T::from(DEPTH);
+        at.hooks.layer_depth = depth;
+        at.hooks.layer_stiffness += e[0] * k * depth.pow_pos(n - 1.0);
+        at
+    }
+}

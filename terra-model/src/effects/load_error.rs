@@ -1,0 +1,42 @@
+//! The normal load on the rig differs from the logged one.
+//!
+//! # Equation
+//! W_true = (1 + e) W_reported
+//!
+//! # Reference
+//! chosen form and prior.
+
+use crate::contact::Contact;
+use crate::effect::{Effect, Scope, Touch};
+use crate::model::Soil;
+use crate::param::{Param, Scale};
+use crate::real::Real;
+
+/// The normal load on the rig differs from the logged one.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct LoadError;
+
+impl Effect for LoadError {
+    const NAME: &'static str = "load-error";
+    const SUMMARY: &'static str = "the normal load on the rig differs from the logged one";
+    const PARAMS: &'static [Param] = &[Param {
+        name: "magnitude",
+        symbol: "e",
+        unit: "1",
+        min: -0.9,
+        max: 5.0,
+        scale: Scale::Linear,
+        prior_sd: 0.1,
+        doc: "relative error of the load",
+    }];
+    const REFERENCE: &'static str = "chosen form and prior";
+    const TOUCHES: &'static [Touch] = &[Touch::Contact];
+    const SCOPE: Scope = Scope::Rig;
+    const REGIME: &'static str = "pull, torque and sinkage with the load";
+    const ISOLATED_BY: &'static str = "put the wheel on a scale";
+
+    fn before<T: Real>(&self, e: &[T], _soil: &Soil<T>, mut at: Contact<T>) -> Contact<T> {
+        at.normal_load *= e[0] + 1.0;
+        at
+    }
+}

@@ -1,0 +1,41 @@
+//! The mass is not the one in the file.
+//!
+//! # Equation
+//! m -> m (1 + e)
+//!
+//! # Reference
+//! chosen form and prior.
+
+use crate::effect::{Effect, Scope, Touch};
+use crate::param::{Param, Scale};
+use crate::real::Real;
+use crate::vehicle::Vehicle;
+
+/// The mass is not the one in the file.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct MassError;
+
+impl Effect for MassError {
+    const NAME: &'static str = "mass-error";
+    const SUMMARY: &'static str = "the mass is not the one in the file";
+    const PARAMS: &'static [Param] = &[Param {
+        name: "magnitude",
+        symbol: "e",
+        unit: "1",
+        min: -0.9,
+        max: 5.0,
+        scale: Scale::Linear,
+        prior_sd: 0.12,
+        doc: "relative error of the mass",
+    }];
+    const REFERENCE: &'static str = "chosen form and prior";
+    const TOUCHES: &'static [Touch] = &[Touch::Vehicle];
+    const SCOPE: Scope = Scope::Drive;
+    const REGIME: &'static str = "loads everywhere, force under acceleration";
+    const ISOLATED_BY: &'static str = "weigh the vehicle";
+
+    fn vehicle<T: Real>(&self, e: &[T], mut vehicle: Vehicle<T>) -> Vehicle<T> {
+        vehicle.mass *= e[0] + 1.0;
+        vehicle
+    }
+}

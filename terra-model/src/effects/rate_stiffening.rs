@@ -1,0 +1,44 @@
+//! Soil resists faster loading more.
+//!
+//! # Equation
+//! k -> k (|v| / 1 m/s)^e, |v| >= .05 m/s
+//!
+//! # Reference
+//! W. Grahn, J. Terramechanics 28(4), 1991; chosen form and prior.
+
+use crate::contact::{Contact, Hook};
+use crate::effect::{Effect, Touch};
+use crate::model::Soil;
+use crate::param::{Param, Scale};
+use crate::real::Real;
+
+/// Soil resists faster loading more.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct RateStiffening;
+
+impl Effect for RateStiffening {
+    const NAME: &'static str = "rate-stiffening";
+    const SUMMARY: &'static str = "soil resists faster loading more";
+    const PARAMS: &'static [Param] = &[Param {
+        name: "magnitude",
+        symbol: "e",
+        unit: "1",
+        min: f64::NEG_INFINITY,
+        max: f64::INFINITY,
+        scale: Scale::Linear,
+        prior_sd: 0.35,
+        doc: "exponent of speed",
+    }];
+    const REFERENCE: &'static str =
+        "W. Grahn, J. Terramechanics 28(4), 1991; chosen form and prior";
+    const NEEDS: &'static [Hook] = &[Hook::Stiffness];
+    const TOUCHES: &'static [Touch] = &[Touch::Contact];
+    const REGIME: &'static str = "sinkage and pull at equal slip but different speed";
+    const ISOLATED_BY: &'static str = "the same slip at two speeds";
+
+    fn before<T: Real>(&self, e: &[T], _soil: &Soil<T>, mut at: Contact<T>) -> Contact<T> {
+        let speed = at.speed.abs().max_of(T::from(0.05));
+        at.hooks.stiffness *= speed.pow_pos(e[0]);
+        at
+    }
+}

@@ -1,0 +1,42 @@
+//! Soil behind the wheel rebounds and stays in contact.
+//!
+//! # Equation
+//! θ2 = -e θ1
+//!
+//! # Reference
+//! J. Y. Wong, Theory of Ground Vehicles; chosen form and prior.
+
+use crate::contact::{Contact, Hook};
+use crate::effect::{Effect, Touch};
+use crate::model::Soil;
+use crate::param::{Param, Scale};
+use crate::real::Real;
+
+/// Soil behind the wheel rebounds and stays in contact.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct RearContact;
+
+impl Effect for RearContact {
+    const NAME: &'static str = "rear-contact";
+    const SUMMARY: &'static str = "soil behind the wheel rebounds and stays in contact";
+    const PARAMS: &'static [Param] = &[Param {
+        name: "magnitude",
+        symbol: "e",
+        unit: "1",
+        min: 0.0,
+        max: 0.9,
+        scale: Scale::Linear,
+        prior_sd: 0.35,
+        doc: "exit angle over entry angle",
+    }];
+    const REFERENCE: &'static str = "J. Y. Wong, Theory of Ground Vehicles; chosen form and prior";
+    const NEEDS: &'static [Hook] = &[Hook::ExitRatio];
+    const TOUCHES: &'static [Touch] = &[Touch::Contact];
+    const REGIME: &'static str = "pull up, sinkage down; elastic soil, clay";
+    const ISOLATED_BY: &'static str = "stress sensors in the rim, or sinkage beside pull";
+
+    fn before<T: Real>(&self, e: &[T], _soil: &Soil<T>, mut at: Contact<T>) -> Contact<T> {
+        at.hooks.exit_ratio += e[0];
+        at
+    }
+}

@@ -1,0 +1,43 @@
+//! Shear stress peaks before it settles (dense or crusted soil).
+//!
+//! # Equation
+//! E -> E (1 + e (j/K) e^(1 - j/K))
+//!
+//! # Reference
+//! J. Y. Wong, J. Preston-Thomas, J. Terramechanics 19(4), 1983; chosen form and prior.
+
+use crate::contact::{Contact, Hook};
+use crate::effect::{Effect, Touch};
+use crate::model::Soil;
+use crate::param::{Param, Scale};
+use crate::real::Real;
+
+/// Shear stress peaks before it settles (dense or crusted soil).
+#[derive(Clone, Copy, Debug, Default)]
+pub struct ShearHump;
+
+impl Effect for ShearHump {
+    const NAME: &'static str = "shear-hump";
+    const SUMMARY: &'static str = "shear stress peaks before it settles (dense or crusted soil)";
+    const PARAMS: &'static [Param] = &[Param {
+        name: "magnitude",
+        symbol: "e",
+        unit: "1",
+        min: 0.0,
+        max: 5.0,
+        scale: Scale::Linear,
+        prior_sd: 0.35,
+        doc: "height of the peak over the plateau",
+    }];
+    const REFERENCE: &'static str =
+        "J. Y. Wong, J. Preston-Thomas, J. Terramechanics 19(4), 1983; chosen form and prior";
+    const NEEDS: &'static [Hook] = &[Hook::ShearHump];
+    const TOUCHES: &'static [Touch] = &[Touch::Contact];
+    const REGIME: &'static str = "pull and torque peak at slip .05 to .3, then drop";
+    const ISOLATED_BY: &'static str = "a shear test of the soil";
+
+    fn before<T: Real>(&self, e: &[T], _soil: &Soil<T>, mut at: Contact<T>) -> Contact<T> {
+        at.hooks.shear_hump += e[0];
+        at
+    }
+}

@@ -1,0 +1,41 @@
+//! The ground is inclined.
+//!
+//! # Equation
+//! dv/dt - g sin e, loads by cos e; the accelerometer reads specific force
+//!
+//! # Reference
+//! chosen form and prior.
+
+use crate::effect::{Effect, Scope, Touch};
+use crate::param::{Param, Scale};
+use crate::real::Real;
+use crate::vehicle::Vehicle;
+
+/// The ground is inclined.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Slope;
+
+impl Effect for Slope {
+    const NAME: &'static str = "slope";
+    const SUMMARY: &'static str = "the ground is inclined";
+    const PARAMS: &'static [Param] = &[Param {
+        name: "magnitude",
+        symbol: "e",
+        unit: "rad",
+        min: -0.8,
+        max: 0.8,
+        scale: Scale::Linear,
+        prior_sd: 0.0349,
+        doc: "inclination, nose-up positive",
+    }];
+    const REFERENCE: &'static str = "chosen form and prior";
+    const TOUCHES: &'static [Touch] = &[Touch::Vehicle];
+    const SCOPE: Scope = Scope::Drive;
+    const REGIME: &'static str = "pull offset that does not depend on slip; heading";
+    const ISOLATED_BY: &'static str = "drive the track back the other way, or log pitch";
+
+    fn vehicle<T: Real>(&self, e: &[T], mut vehicle: Vehicle<T>) -> Vehicle<T> {
+        vehicle.pitch += e[0];
+        vehicle
+    }
+}

@@ -1,0 +1,44 @@
+//! The soil changes along the path.
+//!
+//! # Equation
+//! k e^(e x / 8 m), c e^(e x / 16 m)
+//!
+//! # Reference
+//! chosen form and prior.
+
+use crate::contact::{Contact, Hook};
+use crate::effect::{Effect, Scope, Touch};
+use crate::model::Soil;
+use crate::param::{Param, Scale};
+use crate::real::Real;
+
+/// The soil changes along the path.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct TerrainDrift;
+
+impl Effect for TerrainDrift {
+    const NAME: &'static str = "terrain-drift";
+    const SUMMARY: &'static str = "the soil changes along the path";
+    const PARAMS: &'static [Param] = &[Param {
+        name: "magnitude",
+        symbol: "e",
+        unit: "1",
+        min: f64::NEG_INFINITY,
+        max: f64::INFINITY,
+        scale: Scale::Linear,
+        prior_sd: 0.4,
+        doc: "relative change over 8 m",
+    }];
+    const REFERENCE: &'static str = "chosen form and prior";
+    const NEEDS: &'static [Hook] = &[Hook::Stiffness, Hook::Cohesion];
+    const TOUCHES: &'static [Touch] = &[Touch::Contact];
+    const SCOPE: Scope = Scope::Drive;
+    const REGIME: &'static str = "all channels, with path or time";
+    const ISOLATED_BY: &'static str = "drive the same manoeuvre at both ends of the path";
+
+    fn before<T: Real>(&self, e: &[T], _soil: &Soil<T>, mut at: Contact<T>) -> Contact<T> {
+        at.hooks.stiffness *= (e[0] * at.path / 8.0).exp();
+        at.hooks.cohesion *= (e[0] * at.path / 16.0).exp();
+        at
+    }
+}

@@ -1,0 +1,42 @@
+//! The logged torque has an offset.
+//!
+//! # Equation
+//! T_reported = T_true + e
+//!
+//! # Reference
+//! chosen form and prior.
+
+use crate::effect::{Channel, Effect, Touch};
+use crate::param::{Param, Scale};
+use crate::real::Real;
+
+/// The logged torque has an offset.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct TorqueBias;
+
+impl Effect for TorqueBias {
+    const NAME: &'static str = "torque-bias";
+    const SUMMARY: &'static str = "the logged torque has an offset";
+    const PARAMS: &'static [Param] = &[Param {
+        name: "magnitude",
+        symbol: "e",
+        unit: "N m",
+        min: f64::NEG_INFINITY,
+        max: f64::INFINITY,
+        scale: Scale::Linear,
+        prior_sd: 1.5,
+        doc: "offset",
+    }];
+    const REFERENCE: &'static str = "chosen form and prior";
+    const TOUCHES: &'static [Touch] = &[Touch::Sensor];
+    const REGIME: &'static str = "torque only, the same in both directions";
+    const ISOLATED_BY: &'static str = "log the lifted, standing wheel";
+
+    fn report<T: Real>(&self, e: &[T], channel: Channel, truth: T, _rate: T) -> T {
+        if channel == Channel::WheelTorque {
+            truth + e[0]
+        } else {
+            truth
+        }
+    }
+}

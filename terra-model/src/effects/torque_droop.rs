@@ -1,0 +1,43 @@
+//! The logged torque is off at high torque.
+//!
+//! # Equation
+//! T_reported = T_true (1 + e (T / 60 N m)²)
+//!
+//! # Reference
+//! chosen form and prior.
+
+use crate::effect::{Channel, Effect, Scope, Touch};
+use crate::param::{Param, Scale};
+use crate::real::Real;
+
+/// The logged torque is off at high torque.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct TorqueDroop;
+
+impl Effect for TorqueDroop {
+    const NAME: &'static str = "torque-droop";
+    const SUMMARY: &'static str = "the logged torque is off at high torque";
+    const PARAMS: &'static [Param] = &[Param {
+        name: "magnitude",
+        symbol: "e",
+        unit: "1",
+        min: 0.0,
+        max: 10.0,
+        scale: Scale::Linear,
+        prior_sd: 0.25,
+        doc: "relative error at 60 N m",
+    }];
+    const REFERENCE: &'static str = "chosen form and prior";
+    const TOUCHES: &'static [Touch] = &[Touch::Sensor];
+    const SCOPE: Scope = Scope::Drive;
+    const REGIME: &'static str = "torque at high torque";
+    const ISOLATED_BY: &'static str = "a brake test up to the largest torque";
+
+    fn report<T: Real>(&self, e: &[T], channel: Channel, truth: T, _rate: T) -> T {
+        if channel == Channel::WheelTorque {
+            truth * (e[0] * (truth / 60.0).squared() + 1.0)
+        } else {
+            truth
+        }
+    }
+}

@@ -1,0 +1,42 @@
+//! The logged torque is off by a factor.
+//!
+//! # Equation
+//! T_true = (1 + e) T_reported
+//!
+//! # Reference
+//! chosen form and prior.
+
+use crate::effect::{Channel, Effect, Touch};
+use crate::param::{Param, Scale};
+use crate::real::Real;
+
+/// The logged torque is off by a factor.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct TorqueScale;
+
+impl Effect for TorqueScale {
+    const NAME: &'static str = "torque-scale";
+    const SUMMARY: &'static str = "the logged torque is off by a factor";
+    const PARAMS: &'static [Param] = &[Param {
+        name: "magnitude",
+        symbol: "e",
+        unit: "1",
+        min: -0.9,
+        max: 10.0,
+        scale: Scale::Linear,
+        prior_sd: 0.12,
+        doc: "relative error of the torque constant or efficiency",
+    }];
+    const REFERENCE: &'static str = "chosen form and prior";
+    const TOUCHES: &'static [Touch] = &[Touch::Sensor];
+    const REGIME: &'static str = "torque only, at every slip";
+    const ISOLATED_BY: &'static str = "calibrate the motor on a brake or a lever arm";
+
+    fn report<T: Real>(&self, e: &[T], channel: Channel, truth: T, _rate: T) -> T {
+        if channel == Channel::WheelTorque {
+            truth / (e[0] + 1.0)
+        } else {
+            truth
+        }
+    }
+}

@@ -1,0 +1,48 @@
+//! Something is towed.
+//!
+//! # Equation
+//! forward force - e sign(v)
+//!
+//! # Reference
+//! chosen form and prior.
+
+use crate::effect::{Effect, Scope, Touch};
+use crate::param::{Param, Scale};
+use crate::real::Real;
+use crate::vehicle::{BodyLoads, Motion, Vehicle};
+
+/// Something is towed.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct TowLoad;
+
+impl Effect for TowLoad {
+    const NAME: &'static str = "tow-load";
+    const SUMMARY: &'static str = "something is towed";
+    const PARAMS: &'static [Param] = &[Param {
+        name: "magnitude",
+        symbol: "e",
+        unit: "N",
+        min: 0.0,
+        max: 10000.0,
+        scale: Scale::Linear,
+        prior_sd: 40.0,
+        doc: "towing force",
+    }];
+    const REFERENCE: &'static str = "chosen form and prior";
+    const TOUCHES: &'static [Touch] = &[Touch::Loads];
+    const SCOPE: Scope = Scope::Drive;
+    const REGIME: &'static str = "sum of forces, at every slip";
+    const ISOLATED_BY: &'static str = "load cell at the hitch, or firm ground";
+
+    fn loads<T: Real>(
+        &self,
+        e: &[T],
+        _vehicle: &Vehicle<T>,
+        motion: &Motion<T>,
+        mut loads: BodyLoads<T>,
+    ) -> BodyLoads<T> {
+        // Smooth through standstill over .05 m/s, where a tow line goes slack.
+        loads.force_x -= e[0] * (motion.speed / 0.05).tanh();
+        loads
+    }
+}

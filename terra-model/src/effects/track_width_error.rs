@@ -1,0 +1,41 @@
+//! The track is not the one in the file.
+//!
+//! # Equation
+//! t_w -> t_w (1 + e)
+//!
+//! # Reference
+//! chosen form and prior.
+
+use crate::effect::{Effect, Scope, Touch};
+use crate::param::{Param, Scale};
+use crate::real::Real;
+use crate::vehicle::Vehicle;
+
+/// The track is not the one in the file.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct TrackWidthError;
+
+impl Effect for TrackWidthError {
+    const NAME: &'static str = "track-width-error";
+    const SUMMARY: &'static str = "the track is not the one in the file";
+    const PARAMS: &'static [Param] = &[Param {
+        name: "magnitude",
+        symbol: "e",
+        unit: "1",
+        min: -0.5,
+        max: 2.0,
+        scale: Scale::Linear,
+        prior_sd: 0.05,
+        doc: "relative error of the track",
+    }];
+    const REFERENCE: &'static str = "chosen form and prior";
+    const TOUCHES: &'static [Touch] = &[Touch::Vehicle];
+    const SCOPE: Scope = Scope::Drive;
+    const REGIME: &'static str = "wheel speeds and yaw in turns";
+    const ISOLATED_BY: &'static str = "measure the track with a tape";
+
+    fn vehicle<T: Real>(&self, e: &[T], mut vehicle: Vehicle<T>) -> Vehicle<T> {
+        vehicle.track *= e[0] + 1.0;
+        vehicle
+    }
+}

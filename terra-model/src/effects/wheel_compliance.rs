@@ -1,0 +1,43 @@
+//! The wheel flattens and meets the ground on a larger radius.
+//!
+//! # Equation
+//! contact radius R (1 + e), torque arm R
+//!
+//! # Reference
+//! M. G. Bekker, Theory of Land Locomotion, 1956; chosen form and prior.
+
+use crate::contact::{Contact, Hook};
+use crate::effect::{Effect, Touch};
+use crate::model::Soil;
+use crate::param::{Param, Scale};
+use crate::real::Real;
+
+/// The wheel flattens and meets the ground on a larger radius.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct WheelCompliance;
+
+impl Effect for WheelCompliance {
+    const NAME: &'static str = "wheel-compliance";
+    const SUMMARY: &'static str = "the wheel flattens and meets the ground on a larger radius";
+    const PARAMS: &'static [Param] = &[Param {
+        name: "magnitude",
+        symbol: "e",
+        unit: "1",
+        min: 0.0,
+        max: 5.0,
+        scale: Scale::Linear,
+        prior_sd: 0.3,
+        doc: "relative growth of the contact radius",
+    }];
+    const REFERENCE: &'static str =
+        "M. G. Bekker, Theory of Land Locomotion, 1956; chosen form and prior";
+    const NEEDS: &'static [Hook] = &[Hook::ContactRadius];
+    const TOUCHES: &'static [Touch] = &[Touch::Contact];
+    const REGIME: &'static str = "sinkage down under heavy load";
+    const ISOLATED_BY: &'static str = "load the wheel on hard ground and measure the footprint";
+
+    fn before<T: Real>(&self, e: &[T], _soil: &Soil<T>, mut at: Contact<T>) -> Contact<T> {
+        at.hooks.contact_radius *= e[0] + 1.0;
+        at
+    }
+}

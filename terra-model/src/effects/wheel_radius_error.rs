@@ -1,0 +1,51 @@
+//! The wheel radius is not the one in the file.
+//!
+//! # Equation
+//! R -> R (1 + e), in the contact and in the slip
+//!
+//! # Reference
+//! chosen form and prior.
+
+use crate::contact::Contact;
+use crate::effect::{Effect, Touch};
+use crate::model::Soil;
+use crate::param::{Param, Scale};
+use crate::real::Real;
+
+/// The wheel radius is not the one in the file.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct WheelRadiusError;
+
+impl Effect for WheelRadiusError {
+    const NAME: &'static str = "wheel-radius-error";
+    const SUMMARY: &'static str = "the wheel radius is not the one in the file";
+    const PARAMS: &'static [Param] = &[Param {
+        name: "magnitude",
+        symbol: "e",
+        unit: "1",
+        min: -0.5,
+        max: 1.0,
+        scale: Scale::Linear,
+        prior_sd: 0.04,
+        doc: "relative error of the radius",
+    }];
+    const REFERENCE: &'static str = "chosen form and prior";
+    const TOUCHES: &'static [Touch] = &[Touch::Contact];
+    const REGIME: &'static str = "slip offset at low slip; torque over pull";
+    const ISOLATED_BY: &'static str = "measure the loaded radius with a tape";
+
+    fn before<T: Real>(&self, e: &[T], _soil: &Soil<T>, mut at: Contact<T>) -> Contact<T> {
+        let factor = e[0] + 1.0;
+        // Rim speed R ω over travel speed grows by the factor: driving 1 - s = v/(R ω), braking 1 + s = R ω/v.
+        // Written as changes of s, so that e = 0 changes no bit.
+        let driving = at.slip + (T::one() - at.slip) * e[0] / factor;
+        let braking = at.slip + (at.slip + 1.0) * e[0];
+        let from_driving =
+            driving.select_lt(T::zero(), T::one() / (T::one() - driving) - 1.0, driving);
+        let from_braking =
+            T::zero().select_lt(braking, T::one() - T::one() / (braking + 1.0), braking);
+        at.slip = at.slip.select_lt(T::zero(), from_braking, from_driving);
+        at.radius *= factor;
+        at
+    }
+}

@@ -1,0 +1,110 @@
+//! What can go wrong in a model, with the numbers inside.
+
+/// Error of a model, an effect, a registry name or a catalogue.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ModelError {
+    /// The soil cannot carry the wheel at any sinkage up to the axle.
+    #[error(
+        "no equilibrium: the soil carries at most {max_load:.4} N of the {load:.4} N on the wheel"
+    )]
+    NoEquilibrium {
+        /// Normal load asked for \[N\].
+        load: f64,
+        /// Largest load the soil carries at any entry angle up to 90° \[N\].
+        max_load: f64,
+    },
+    /// A parameter of the model outside its legal range.
+    #[error("{model}: {parameter} = {value}, expected {expected}")]
+    Parameter {
+        /// Model or effect.
+        model: &'static str,
+        /// Name of the parameter.
+        parameter: &'static str,
+        /// Its value.
+        value: f64,
+        /// What would be legal.
+        expected: &'static str,
+    },
+    /// A quantity of the contact outside its legal range.
+    #[error("contact: {quantity} = {value}, expected {expected}")]
+    Contact {
+        /// Name of the quantity.
+        quantity: &'static str,
+        /// Its value.
+        value: f64,
+        /// What would be legal.
+        expected: &'static str,
+    },
+    /// A parameter vector of the wrong length.
+    #[error("{model} takes {expected} parameters, got {found}")]
+    ParameterCount {
+        /// Model.
+        model: String,
+        /// Number expected.
+        expected: usize,
+        /// Number given.
+        found: usize,
+    },
+    /// An effect that acts through a hook the model does not have.
+    #[error("effect {effect} needs the hook '{hook}', which model {model} does not have")]
+    EffectNotApplicable {
+        /// Model.
+        model: &'static str,
+        /// Effect.
+        effect: &'static str,
+        /// Missing hook.
+        hook: &'static str,
+    },
+    /// An effect that needs a soil value the model does not know.
+    #[error("effect {effect} needs the soil's {quantity}, which model {model} does not know")]
+    SoilUnknown {
+        /// Model.
+        model: &'static str,
+        /// Effect.
+        effect: &'static str,
+        /// Missing quantity.
+        quantity: &'static str,
+    },
+    /// A name nobody registered.
+    #[error("unknown {kind} '{name}'{}", nearest.as_ref().map(|n| format!(", did you mean '{n}'?")).unwrap_or_default())]
+    UnknownName {
+        /// model, effect, terrain, ...
+        kind: &'static str,
+        /// The name.
+        name: String,
+        /// The closest known one.
+        nearest: Option<String>,
+    },
+    /// A catalogue row that lacks a value the model needs.
+    #[error("terrain '{terrain}' gives no {parameter}, which model {model} needs")]
+    MissingValue {
+        /// Terrain id.
+        terrain: String,
+        /// Parameter.
+        parameter: &'static str,
+        /// Model.
+        model: &'static str,
+    },
+    /// Forces that no rigid contact can have.
+    #[error(
+        "|T| = {torque} N m exceeds R hypot(D, W) = {limit} N m: no single resultant has these forces"
+    )]
+    NotAResultant {
+        /// Torque \[N m\].
+        torque: f64,
+        /// Its limit \[N m\].
+        limit: f64,
+    },
+    /// The iteration for the entry angle did not settle.
+    #[error(
+        "sinkage iteration did not settle within {iterations} steps (load {load} N, slip {slip})"
+    )]
+    NotConverged {
+        /// Steps taken.
+        iterations: usize,
+        /// Normal load \[N\].
+        load: f64,
+        /// Slip.
+        slip: f64,
+    },
+}

@@ -1,0 +1,373 @@
+//! A model with effects on top, and what solvers see of it.
+
+use std::sync::Arc;
+
+use nalgebra::DMatrix;
+
+use crate::contact::Contact;
+use crate::dual::{Dual8, jacobian};
+use crate::effect::{AnyEffect, EffectAt};
+use crate::error::ModelError;
+use crate::forces::{StressProfile, WheelForces};
+use crate::lanes::Lanes;
+use crate::model::{AnyModel, ModelAt, Soil, TerrainModel};
+use crate::param::Param;
+use crate::real::Real;
+
+/// A scalar at which erased models and effects can be called, so that generic code can use them too.
+pub trait Scalar: Real {
+    /// The model at this scalar.
+    fn of_model(model: &dyn AnyModel) -> &dyn ModelAt<Self>;
+    /// The effect at this scalar.
+    fn of_effect(effect: &dyn AnyEffect) -> &dyn EffectAt<Self>;
+}
+
+impl Scalar for f64 {
+    fn of_model(model: &dyn AnyModel) -> &dyn ModelAt<Self> {
+        model
+    }
+    fn of_effect(effect: &dyn AnyEffect) -> &dyn EffectAt<Self> {
+        effect
+    }
+}
+impl Scalar for Dual8 {
+    fn of_model(model: &dyn AnyModel) -> &dyn ModelAt<Self> {
+        model
+    }
+    fn of_effect(effect: &dyn AnyEffect) -> &dyn EffectAt<Self> {
+        effect
+    }
+}
+impl Scalar for Lanes {
+    fn of_model(model: &dyn AnyModel) -> &dyn ModelAt<Self> {
+        model
+    }
+    fn of_effect(effect: &dyn AnyEffect) -> &dyn EffectAt<Self> {
+        effect
+    }
+}
+
+/// What solvers use: forces and their exact derivatives. Object safe.
+///
+/// Implemented for every [`TerrainModel`] and for [`Law`].
+pub trait ForceLaw: Send + Sync {
+    /// Name, `model+effect+effect`.
+    fn name(&self) -> String;
+    /// Parameters, model first, then the effects' magnitudes in order.
+    fn params(&self) -> &[Param];
+    /// Forces on one wheel.
+    ///
+    /// # Errors
+    /// A typed [`ModelError`].
+    fn forces(&self, p: &[f64], at: &Contact<f64>) -> Result<WheelForces<f64>, ModelError>;
+    /// Forces and their derivatives: rows drawbar pull, resistive torque, sinkage (zero without one), lateral force;
+    /// columns the parameters, then slip, then normal load.
+    ///
+    /// # Errors
+    /// A typed [`ModelError`].
+    fn jacobian(
+        &self,
+        p: &[f64],
+        at: &Contact<f64>,
+    ) -> Result<(WheelForces<f64>, DMatrix<f64>), ModelError>;
+}
+
+/// The rows of a Jacobian.
+pub(crate) fn rows(f: &WheelForces<Dual8>) -> Vec<Dual8> {
+    vec![
+        f.drawbar_pull,
+        f.resistive_torque,
+        f.sinkage.unwrap_or_else(Dual8::zero),
+        f.lateral_force,
+    ]
+}
+
+/// A contact as constants, but for slip and load.
+pub(crate) fn lift_with<T: Real>(at: &Contact<f64>, slip: T, normal_load: T) -> Contact<T> {
+    Contact {
+        slip,
+        normal_load,
+        ..at.lift()
+    }
+}
+
+fn force_jacobian(
+    p: &[f64],
+    at: &Contact<f64>,
+    forces: impl Fn(&[Dual8], &Contact<Dual8>) -> Result<WheelForces<Dual8>, ModelError>,
+) -> Result<DMatrix<f64>, ModelError> {
+    let n = p.len();
+    let mut x = p.to_vec();
+    x.extend([at.slip, at.normal_load]);
+    let (_, jac) = jacobian(&x, |x| {
+        forces(&x[..n], &lift_with(at, x[n], x[n + 1])).map(|f| rows(&f))
+    })?;
+    Ok(jac)
+}
+
+impl<M: TerrainModel> ForceLaw for M {
+    fn name(&self) -> String {
+        M::NAME.to_owned()
+    }
+    fn params(&self) -> &[Param] {
+        M::PARAMS
+    }
+    fn forces(&self, p: &[f64], at: &Contact<f64>) -> Result<WheelForces<f64>, ModelError> {
+        guard(M::NAME, M::PARAMS, p, at)?;
+        self.wheel_forces(p, at)
+    }
+    fn jacobian(
+        &self,
+        p: &[f64],
+        at: &Contact<f64>,
+    ) -> Result<(WheelForces<f64>, DMatrix<f64>), ModelError> {
+        let value = self.forces(p, at)?;
+        let jac = force_jacobian(p, at, |p, at| self.wheel_forces(p, at))?;
+        Ok((value, jac))
+    }
+}
+
+/// What no author has to check: as many parameters as declared, every number finite, a load above zero on a wheel with a
+/// radius and a width, and slip in \[-1, 1\].
+pub(crate) fn guard(
+    model: &'static str,
+    params: &[Param],
+    p: &[f64],
+    at: &Contact<f64>,
+) -> Result<(), ModelError> {
+    if params.len() != p.len() {
+        return Err(ModelError::ParameterCount {
+            model: model.to_owned(),
+            expected: params.len(),
+            found: p.len(),
+        });
+    }
+    if let Some((param, &value)) = params.iter().zip(p).find(|(_, value)| !value.is_finite()) {
+        return Err(ModelError::Parameter {
+            model,
+            parameter: param.name,
+            value,
+            expected: "a finite value",
+        });
+    }
+    let contact = [
+        ("slip", at.slip),
+        ("normal_load", at.normal_load),
+        ("radius", at.radius),
+        ("width", at.width),
+        ("speed", at.speed),
+        ("wheel_speed", at.wheel_speed),
+        ("slip_angle", at.slip_angle),
+        ("yaw_rate", at.yaw_rate),
+        ("path", at.path),
+        ("earlier_passes", at.earlier_passes),
+        ("side", at.side),
+        ("wheelbase", at.wheelbase),
+        ("time", at.time),
+    ];
+    match contact.into_iter().find(|(_, value)| !value.is_finite()) {
+        Some((quantity, value)) => Err(ModelError::Contact {
+            quantity,
+            value,
+            expected: "a finite value",
+        }),
+        None => Ok(()),
+    }
+}
+
+/// A vector of the declared length, at any scalar.
+fn count(model: &str, expected: usize, found: usize) -> Result<(), ModelError> {
+    if expected == found {
+        Ok(())
+    } else {
+        Err(ModelError::ParameterCount {
+            model: model.to_owned(),
+            expected,
+            found,
+        })
+    }
+}
+
+/// One effect and its magnitudes.
+type Share<'s, 'p, T> = (&'s Arc<dyn AnyEffect>, &'p [T]);
+
+/// A model with effects on top: `wong-reece+slip-sinkage+grousers`. Parameters are concatenated in that order.
+#[derive(Clone)]
+pub struct Law {
+    model: Arc<dyn AnyModel>,
+    effects: Vec<Arc<dyn AnyEffect>>,
+    params: Vec<Param>,
+}
+
+impl std::fmt::Debug for Law {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "Law({})", ForceLaw::name(self))
+    }
+}
+
+impl Law {
+    /// Composes a model and effects.
+    ///
+    /// # Errors
+    /// [`ModelError::EffectNotApplicable`] when the model lacks a hook an effect needs, [`ModelError::SoilUnknown`]
+    /// when it lacks a soil value: never a silent no-op.
+    pub fn new(
+        model: Arc<dyn AnyModel>,
+        effects: Vec<Arc<dyn AnyEffect>>,
+    ) -> Result<Self, ModelError> {
+        let probe: Vec<f64> = model.params().iter().map(|p| p.min.max(0.0)).collect();
+        let soil: Soil<f64> =
+            f64::of_model(&*model).soil_at(&probe, &Contact::new(0.1, 1.0, 1.0, 1.0));
+        for effect in &effects {
+            if let Some(hook) = effect.needs().iter().find(|h| !model.hooks().contains(h)) {
+                return Err(ModelError::EffectNotApplicable {
+                    model: model.name(),
+                    effect: effect.name(),
+                    hook: hook.name(),
+                });
+            }
+            for &quantity in effect.needs_soil() {
+                let known = match quantity {
+                    "cohesion" => soil.cohesion.is_some(),
+                    "friction_angle" => soil.friction_angle.is_some(),
+                    "stiffness" => soil.stiffness.is_some(),
+                    "sinkage_exponent" => soil.sinkage_exponent.is_some(),
+                    "shear_modulus" => soil.shear_modulus.is_some(),
+                    _ => false,
+                };
+                if !known {
+                    return Err(ModelError::SoilUnknown {
+                        model: model.name(),
+                        effect: effect.name(),
+                        quantity,
+                    });
+                }
+            }
+        }
+        let mut params = model.params().to_vec();
+        params.extend(effects.iter().flat_map(|e| e.params()));
+        Ok(Law {
+            model,
+            effects,
+            params,
+        })
+    }
+
+    /// The terrain model.
+    pub fn model(&self) -> &dyn AnyModel {
+        &*self.model
+    }
+
+    /// The terrain model, shared.
+    pub fn shared_model(&self) -> Arc<dyn AnyModel> {
+        Arc::clone(&self.model)
+    }
+
+    /// The effects.
+    pub fn effects(&self) -> &[Arc<dyn AnyEffect>] {
+        &self.effects
+    }
+
+    /// This law with more effects.
+    ///
+    /// # Errors
+    /// As [`Law::new`].
+    pub fn with_effects(
+        &self,
+        more: impl IntoIterator<Item = Arc<dyn AnyEffect>>,
+    ) -> Result<Self, ModelError> {
+        let mut effects = self.effects.clone();
+        effects.extend(more);
+        Law::new(Arc::clone(&self.model), effects)
+    }
+
+    /// The model's parameters, and each effect with its magnitudes, out of one vector of the law's length.
+    pub fn parts<'s, 'p, T>(
+        &'s self,
+        p: &'p [T],
+    ) -> (&'p [T], impl Iterator<Item = Share<'s, 'p, T>>) {
+        let mut at = self.model.params().len();
+        let model = &p[..at];
+        let effects = self.effects.iter().map(move |e| {
+            let start = at;
+            at += e.params().len();
+            (e, &p[start..at])
+        });
+        (model, effects)
+    }
+
+    /// Forces at any scalar: contact effects, model, force effects, in the order the effects were named.
+    ///
+    /// # Errors
+    /// A typed [`ModelError`].
+    pub fn forces_at<T: Scalar>(
+        &self,
+        p: &[T],
+        at: &Contact<T>,
+    ) -> Result<WheelForces<T>, ModelError> {
+        count(self.model.name(), self.params.len(), p.len())?;
+        let model = T::of_model(&*self.model);
+        if self.effects.is_empty() {
+            return model.wheel_forces_at(p, at);
+        }
+        let (q, effects) = self.parts(p);
+        let soil = model.soil_at(q, at);
+        let mut contact = *at;
+        for (effect, e) in effects {
+            contact = T::of_effect(&**effect).before_at(e, &soil, contact);
+        }
+        let mut forces = model.wheel_forces_at(q, &contact)?;
+        let (_, effects) = self.parts(p);
+        for (effect, e) in effects {
+            forces = T::of_effect(&**effect).after_at(e, &soil, &contact, forces);
+        }
+        Ok(forces)
+    }
+
+    /// Stresses along the contact under the effects; `None` for models without stresses.
+    ///
+    /// # Errors
+    /// A typed [`ModelError`].
+    pub fn stresses(
+        &self,
+        p: &[f64],
+        at: &Contact<f64>,
+        points: usize,
+    ) -> Result<Option<StressProfile>, ModelError> {
+        guard(self.model.name(), &self.params, p, at)?;
+        let (q, effects) = self.parts(p);
+        let soil = f64::of_model(&*self.model).soil_at(q, at);
+        let mut contact = *at;
+        for (effect, e) in effects {
+            contact = f64::of_effect(&**effect).before_at(e, &soil, contact);
+        }
+        self.model.stress_profile(q, &contact, points)
+    }
+}
+
+impl ForceLaw for Law {
+    fn name(&self) -> String {
+        let mut name = self.model.name().to_owned();
+        for effect in &self.effects {
+            name.push('+');
+            name.push_str(effect.name());
+        }
+        name
+    }
+    fn params(&self) -> &[Param] {
+        &self.params
+    }
+    fn forces(&self, p: &[f64], at: &Contact<f64>) -> Result<WheelForces<f64>, ModelError> {
+        guard(self.model.name(), &self.params, p, at)?;
+        self.forces_at(p, at)
+    }
+    fn jacobian(
+        &self,
+        p: &[f64],
+        at: &Contact<f64>,
+    ) -> Result<(WheelForces<f64>, DMatrix<f64>), ModelError> {
+        let value = self.forces(p, at)?;
+        let jac = force_jacobian(p, at, |p, at| self.forces_at(p, at))?;
+        Ok((value, jac))
+    }
+}

@@ -1,0 +1,150 @@
+//! The trait a terrain model's author writes, and its erased form.
+
+use crate::contact::{Contact, Hook};
+use crate::dual::Dual8;
+use crate::error::ModelError;
+use crate::forces::{StressProfile, WheelForces};
+use crate::lanes::Lanes;
+use crate::param::Param;
+use crate::real::Real;
+
+/// Soil values by role, for effects that need them; `None` where the model has no such number.
+#[derive(Clone, Copy, Debug)]
+pub struct Soil<T> {
+    /// c \[Pa\].
+    pub cohesion: Option<T>,
+    /// φ \[rad\].
+    pub friction_angle: Option<T>,
+    /// k of σ = k z^n for this wheel's width \[N/m^(n+2)\].
+    pub stiffness: Option<T>,
+    /// n \[1\].
+    pub sinkage_exponent: Option<T>,
+    /// K \[m\].
+    pub shear_modulus: Option<T>,
+}
+
+impl<T> Soil<T> {
+    /// A model without soil values.
+    pub fn unknown() -> Self {
+        Soil {
+            cohesion: None,
+            friction_angle: None,
+            stiffness: None,
+            sinkage_exponent: None,
+            shear_modulus: None,
+        }
+    }
+}
+
+/// What an author writes: one generic function from parameters and contact to forces.
+///
+/// Everything else (exact Jacobian, estimators, command-line name, table row) follows from it.
+pub trait TerrainModel: Default + Send + Sync + 'static {
+    /// Kebab-case name.
+    const NAME: &'static str;
+    /// One line: what the model is.
+    const SUMMARY: &'static str;
+    /// Its parameters, in the order `wheel_forces` takes them.
+    const PARAMS: &'static [Param];
+    /// Where the equations come from.
+    const REFERENCE: &'static str;
+    /// The hooks of [`Contact`] this model honours.
+    const HOOKS: &'static [Hook] = &[];
+
+    /// Forces of the ground on one wheel.
+    ///
+    /// # Errors
+    /// A typed [`ModelError`]: parameters or contact out of range, or no equilibrium.
+    fn wheel_forces<T: Real>(&self, p: &[T], at: &Contact<T>)
+    -> Result<WheelForces<T>, ModelError>;
+
+    /// The soil values by role, for effects such as bulldozing.
+    fn soil<T: Real>(&self, p: &[T], at: &Contact<T>) -> Soil<T> {
+        let _ = (p, at);
+        Soil::unknown()
+    }
+
+    /// Stresses along the contact from exit to entry, `points` of them; `None` for models without stresses.
+    ///
+    /// # Errors
+    /// As [`wheel_forces`](Self::wheel_forces).
+    fn stresses(
+        &self,
+        p: &[f64],
+        at: &Contact<f64>,
+        points: usize,
+    ) -> Result<Option<StressProfile>, ModelError> {
+        let _ = (p, at, points);
+        Ok(None)
+    }
+}
+
+/// A model at one scalar: generic methods are not object safe, so the scalar moves to the trait.
+pub trait ModelAt<T: Real>: Send + Sync {
+    /// See [`TerrainModel::wheel_forces`].
+    ///
+    /// # Errors
+    /// As there.
+    fn wheel_forces_at(&self, p: &[T], at: &Contact<T>) -> Result<WheelForces<T>, ModelError>;
+    /// See [`TerrainModel::soil`].
+    fn soil_at(&self, p: &[T], at: &Contact<T>) -> Soil<T>;
+}
+
+impl<M: TerrainModel, T: Real> ModelAt<T> for M {
+    fn wheel_forces_at(&self, p: &[T], at: &Contact<T>) -> Result<WheelForces<T>, ModelError> {
+        self.wheel_forces(p, at)
+    }
+    fn soil_at(&self, p: &[T], at: &Contact<T>) -> Soil<T> {
+        self.soil(p, at)
+    }
+}
+
+/// Any model, known only by name.
+pub trait AnyModel: ModelAt<f64> + ModelAt<Dual8> + ModelAt<Lanes> {
+    /// Kebab-case name.
+    fn name(&self) -> &'static str;
+    /// One line of meaning.
+    fn summary(&self) -> &'static str;
+    /// Parameters.
+    fn params(&self) -> &'static [Param];
+    /// Source.
+    fn reference(&self) -> &'static str;
+    /// Hooks it honours.
+    fn hooks(&self) -> &'static [Hook];
+    /// See [`TerrainModel::stresses`].
+    ///
+    /// # Errors
+    /// As there.
+    fn stress_profile(
+        &self,
+        p: &[f64],
+        at: &Contact<f64>,
+        points: usize,
+    ) -> Result<Option<StressProfile>, ModelError>;
+}
+
+impl<M: TerrainModel> AnyModel for M {
+    fn name(&self) -> &'static str {
+        M::NAME
+    }
+    fn summary(&self) -> &'static str {
+        M::SUMMARY
+    }
+    fn params(&self) -> &'static [Param] {
+        M::PARAMS
+    }
+    fn reference(&self) -> &'static str {
+        M::REFERENCE
+    }
+    fn hooks(&self) -> &'static [Hook] {
+        M::HOOKS
+    }
+    fn stress_profile(
+        &self,
+        p: &[f64],
+        at: &Contact<f64>,
+        points: usize,
+    ) -> Result<Option<StressProfile>, ModelError> {
+        self.stresses(p, at, points)
+    }
+}

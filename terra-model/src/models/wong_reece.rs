@@ -1,0 +1,174 @@
+//! The rigid wheel of Wong and Reece on Bekker soil: the reference for how a terrain model is written.
+//!
+//! # Equation
+//! With u in \[0, 1\] from each end of the contact to the angle of maximum stress, both branches have the same normal
+//! stress at equal u, θF = θ1 - u (θ1 - θm), θB = θ2 + u (θm - θ2):
+//!
+//! - σ = k R^n (cos θF - cos θ1)^n,   τ = (c + σ tan φ) E(j),   E = sign(j)(1 - e^(-|j|/K))
+//! - j(θ) = R \[(θ1 - θ) - (1 - i)(sin θ1 - sin θ)\],   θm = (c1 + c2 i) θ1
+//! - W = R b ∫(σ cos θ + τ sin θ) dθ,   D = R b ∫(τ cos θ - σ sin θ) dθ,   T = R² b ∫ τ dθ
+//!
+//! W is given; θ1 follows from it (unique for i >= 0), then D, T and z = R(1 - cos θ1).
+//!
+//! # Units
+//! SI: N, m, Pa, rad.
+//!
+//! # Reference
+//! J. Y. Wong and A. R. Reece, "Prediction of rigid wheel performance based on the analysis of soil-wheel stresses",
+//! J. Terramechanics 4 (1967) 1:81-98 and 2:7-25; L. E. Ray, SPIE 2008, eqs 13-20. Braking is an extension.
+
+mod pieces;
+mod wheel;
+
+use std::cell::Cell;
+
+use crate::contact::{Contact, Hook};
+use crate::error::ModelError;
+use crate::forces::{Angles, Flags, StressProfile, WheelForces};
+use crate::model::{Soil, TerrainModel};
+use crate::models::bekker::{self, Ground};
+use crate::param::Param;
+use crate::real::{Real, Root, is_plain};
+use crate::root::{MAX_ENTRY_ANGLE, entry_angle};
+use wheel::{Integrals, Wheel};
+
+/// The Wong-Reece rigid wheel.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct WongReece;
+
+impl WongReece {
+    /// The vertical force \[N\] of the ground on the wheel at a given entry angle \[rad\]: eq 18 with θ1 in place of W.
+    ///
+    /// For non-negative slip it rises strictly with the entry angle, so a load has one sinkage; braking on snow it does
+    /// not. The contact's `normal_load` plays no part, but must be legal.
+    ///
+    /// # Errors
+    /// As [`TerrainModel::wheel_forces`]; [`ModelError::Contact`] for an angle outside (0, π/2\].
+    pub fn supported_load(
+        &self,
+        p: &[f64],
+        at: &Contact<f64>,
+        entry_angle: f64,
+    ) -> Result<f64, ModelError> {
+        if !(entry_angle > 0.0 && entry_angle <= MAX_ENTRY_ANGLE) {
+            return Err(ModelError::Contact {
+                quantity: "entry_angle",
+                value: entry_angle,
+                expected: "an angle in (0, π/2] rad",
+            });
+        }
+        Ok(Self::wheel(p, at)?.load(entry_angle))
+    }
+
+    fn wheel<T: Real>(p: &[T], at: &Contact<T>) -> Result<Wheel<T>, ModelError> {
+        Ok(Wheel::new(Ground::read(Self::NAME, p, at)?, at))
+    }
+
+    /// The entry angle and the integrals there, with their derivatives.
+    ///
+    /// The angle is iterated in the primal; one implicit step restores its derivatives, and carries the integrals along
+    /// with it by their slope: to first order in a step that is zero but for its derivatives and the last rounding.
+    fn solve<T: Real>(wheel: &Wheel<T>, at: &Contact<T>) -> Result<(T, Integrals<T>), ModelError> {
+        let primal = wheel.map(T::primal);
+        let load = at.normal_load.primal();
+        let guess = primal
+            .ground
+            .compaction_guess(load, primal.radius, primal.width);
+        type Tangent<T> = <<T as Real>::Primal as Root>::Tangent;
+        let tangent: Wheel<Tangent<T>> = primal.map(Tangent::<T>::from_primal);
+        let last = Cell::new(None);
+        let ln_root = entry_angle(load, guess, at.slip.primal(), |angle| {
+            let integrals = tangent.integrals(angle);
+            last.set(Some(integrals));
+            integrals.load * tangent.radius * tangent.width
+        })?;
+        let root = T::from_primal(ln_root.exp());
+        // The iteration ends with an evaluation at its root.
+        let last = last
+            .take()
+            .unwrap_or_else(|| tangent.integrals(ln_root.seed().exp()));
+        let slopes = last.map(|x| T::from_primal(T::Primal::parts(x).1));
+        let there = if is_plain::<T>() {
+            last.map(|x| T::from_primal(T::Primal::parts(x).0))
+        } else {
+            wheel.integrals(root)
+        };
+        let step = (at.normal_load / (wheel.radius * wheel.width) - there.load) / slopes.load;
+        Ok((root + root * step, there.moved(&slopes, step)))
+    }
+}
+
+impl TerrainModel for WongReece {
+    const NAME: &'static str = "wong-reece";
+    const SUMMARY: &'static str =
+        "rigid wheel on Bekker soil with Janosi-Hanamoto shear and an apex that moves with slip";
+    const PARAMS: &'static [Param] = bekker::PARAMS;
+    const REFERENCE: &'static str = "J. Y. Wong, A. R. Reece, J. Terramechanics 4(1):81-98 and 4(2):7-25, 1967; L. E. Ray, Proc. SPIE, 2008";
+    const HOOKS: &'static [Hook] = &[
+        Hook::Stiffness,
+        Hook::Cohesion,
+        Hook::Friction,
+        Hook::ShearModulus,
+        Hook::SinkageExponent,
+        Hook::ContactRadius,
+        Hook::ExitRatio,
+        Hook::ShearHump,
+        Hook::LugHeight,
+        Hook::Layer,
+        Hook::LateralSlip,
+    ];
+
+    fn wheel_forces<T: Real>(
+        &self,
+        p: &[T],
+        at: &Contact<T>,
+    ) -> Result<WheelForces<T>, ModelError> {
+        let wheel = Self::wheel(p, at)?;
+        let (entry, integrals) = Self::solve(&wheel, at)?;
+        let area = wheel.radius * wheel.width;
+        let torque_arm = at.radius + at.hooks.lug_height;
+        let mut forces = WheelForces::from_thrust(
+            integrals.thrust * area,
+            integrals.compaction * area,
+            integrals.shear * area * torque_arm,
+        );
+        let (sin_half, _) = (entry * 0.5).sin_cos();
+        let sinkage = wheel.radius * sin_half.squared() * 2.0;
+        // A wheel that slides to the left is pushed to the right.
+        forces.lateral_force = -(integrals.lateral * area);
+        forces.sinkage = Some(sinkage);
+        forces.angles = Some(Angles {
+            entry,
+            exit: wheel.exit(entry),
+            max_stress: wheel.apex(entry),
+        });
+        forces.flags = Flags {
+            braking: wheel.braking,
+            apex_limited: wheel.ground.apex_limited,
+            deep_sinkage: (at.radius * 0.5).primal().any_lt(sinkage.primal()),
+        };
+        Ok(forces)
+    }
+
+    fn soil<T: Real>(&self, p: &[T], at: &Contact<T>) -> Soil<T> {
+        bekker::soil(p, at)
+    }
+
+    fn stresses(
+        &self,
+        p: &[f64],
+        at: &Contact<f64>,
+        points: usize,
+    ) -> Result<Option<StressProfile>, ModelError> {
+        let wheel = Self::wheel(p, at)?;
+        let (entry, _) = Self::solve(&wheel, at)?;
+        let (exit, apex) = (wheel.exit(entry), wheel.apex(entry));
+        Ok(Some(StressProfile::sample(
+            exit,
+            apex,
+            entry,
+            points,
+            |angle| wheel.stress_at(entry, angle),
+        )))
+    }
+}

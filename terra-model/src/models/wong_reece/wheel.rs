@@ -1,0 +1,325 @@
+//! The stress integrals of the Wong-Reece wheel for a given entry angle.
+//!
+//! Each branch of the contact runs from its outer end (u = 0: entry in front, exit behind) to the angle of maximum
+//! stress (u = 1). The normal stress grows like u^n from the outer end, so the first piece of a branch is integrated
+//! with weights for u^n. Most branches are one piece; see [`super::pieces`] for the others.
+
+use crate::contact::{Contact, Hooks};
+use crate::forces::StressPoint;
+use crate::models::bekker::Ground;
+use crate::quadrature::{NODES, power_weights, rule, sinc, t_minus_sin};
+use crate::real::{Real, Root, is_plain};
+
+/// Everything but the entry angle, ready for integration.
+#[derive(Clone, Copy)]
+pub(super) struct Wheel<T> {
+    pub(super) ground: Ground<T>,
+    /// Radius that meets the soil.
+    pub(super) radius: T,
+    /// Radius at which soil is sheared: the tips of the lugs.
+    pub(super) shear_radius: T,
+    pub(super) width: T,
+    pub(super) exit_ratio: T,
+    hump: T,
+    /// Depth and extra stiffness of a layer below the surface.
+    layer: Option<(T, T)>,
+    /// tan β of the sideways slip.
+    pub(super) lateral: Option<T>,
+    weights: [T; NODES],
+    pub(super) braking: bool,
+}
+
+/// Load, thrust, compaction resistance, ∫τ dθ and the side force, all per R b.
+#[derive(Clone, Copy)]
+pub(super) struct Integrals<T> {
+    pub(super) load: T,
+    pub(super) thrust: T,
+    pub(super) compaction: T,
+    pub(super) shear: T,
+    pub(super) lateral: T,
+}
+
+impl<T: Real> Integrals<T> {
+    /// Each as another scalar.
+    pub(super) fn map<S>(self, f: impl Fn(T) -> S) -> Integrals<S> {
+        Integrals {
+            load: f(self.load),
+            thrust: f(self.thrust),
+            compaction: f(self.compaction),
+            shear: f(self.shear),
+            lateral: f(self.lateral),
+        }
+    }
+
+    /// A step further along their slopes.
+    pub(super) fn moved(self, slopes: &Integrals<T>, step: T) -> Integrals<T> {
+        Integrals {
+            load: self.load + slopes.load * step,
+            thrust: self.thrust + slopes.thrust * step,
+            compaction: self.compaction + slopes.compaction * step,
+            shear: self.shear + slopes.shear * step,
+            lateral: self.lateral + slopes.lateral * step,
+        }
+    }
+}
+
+/// One branch of the contact.
+#[derive(Clone, Copy)]
+struct Branch<T> {
+    /// Angle at u = 0.
+    start: T,
+    /// Angle at u = 1 less that at u = 0.
+    step: T,
+    /// Its magnitude.
+    length: T,
+}
+
+impl<T: Real> Wheel<T> {
+    pub(super) fn new(ground: Ground<T>, at: &Contact<T>) -> Self {
+        let hooks: &Hooks<T> = &at.hooks;
+        let radius = at.radius * hooks.contact_radius;
+        // A layer at depth zero is no layer; one of no extra stiffness still carries a derivative.
+        let has_layer = T::Primal::zero().any_lt(hooks.layer_depth.primal());
+        Wheel {
+            weights: power_weights(ground.exponent),
+            ground,
+            radius,
+            shear_radius: radius + hooks.lug_height,
+            width: at.width,
+            exit_ratio: hooks.exit_ratio,
+            hump: hooks.shear_hump,
+            layer: has_layer.then_some((hooks.layer_depth, hooks.layer_stiffness)),
+            // No sideways slip and no derivative in it: the plain wheel, bit for bit.
+            lateral: hooks
+                .lateral_slip
+                .filter(|tan| !is_plain::<T>() || T::Primal::zero().any_lt(tan.abs().primal())),
+            braking: ground.slip.primal().any_lt(T::Primal::zero()),
+        }
+    }
+
+    pub(super) fn map<S: Real>(&self, f: impl Fn(T) -> S + Copy) -> Wheel<S> {
+        Wheel {
+            ground: self.ground.map(f),
+            radius: f(self.radius),
+            shear_radius: f(self.shear_radius),
+            width: f(self.width),
+            exit_ratio: f(self.exit_ratio),
+            hump: f(self.hump),
+            layer: self
+                .layer
+                .map(|(depth, stiffness)| (f(depth), f(stiffness))),
+            lateral: self.lateral.map(f),
+            weights: self.weights.map(f),
+            braking: self.braking,
+        }
+    }
+
+    /// The load that the soil carries at this entry angle \[N\].
+    pub(super) fn load(&self, entry: T) -> T {
+        self.integrals(entry).load * self.radius * self.width
+    }
+
+    pub(super) fn apex(&self, entry: T) -> T {
+        self.ground.apex_ratio * entry
+    }
+
+    pub(super) fn exit(&self, entry: T) -> T {
+        -(self.exit_ratio * entry)
+    }
+
+    /// j/R, without cancellation: i (θ1 - θ) + (1 - i)\[(θ1 - sin θ1) - (θ - sin θ)\].
+    pub(super) fn displacement(&self, entry: T, angle: T) -> T {
+        let i = self.ground.slip;
+        i * (entry - angle) + (T::one() - i) * (t_minus_sin(entry) - t_minus_sin(angle))
+    }
+
+    /// E along the wheel and across it.
+    fn mobilised(&self, entry: T, angle: T) -> (T, T) {
+        let per_modulus = self.shear_radius / self.ground.shear_modulus;
+        let y = per_modulus * self.displacement(entry, angle);
+        match self.lateral {
+            None => {
+                let e = self.mobilised_at(y.abs());
+                (y.select_lt(T::zero(), -e, e), T::zero())
+            }
+            Some(tan) => {
+                // j_y = R (1 - i) (θ1 - θ) tan β; the strength points along (j_x, j_y).
+                let across = per_modulus * (T::one() - self.ground.slip) * (entry - angle) * tan;
+                let both = (y.squared() + across.squared() + f64::MIN_POSITIVE).sqrt();
+                let e = self.mobilised_at(both);
+                (e * (y / both), e * (across / both))
+            }
+        }
+    }
+
+    /// (1 - e^-y)(1 + hump y e^(1 - y)) for y >= 0.
+    fn mobilised_at(&self, y: T) -> T {
+        let rise = -(-y).exp_m1();
+        rise * (self.hump * y * (T::one() - rise) * std::f64::consts::E + 1.0)
+    }
+
+    /// (cos θF - cos θ1)/u at u = 2 half/d on the front branch: the depth over R without its factor u, the same on both.
+    pub(super) fn depth_base(&self, entry: T, half: T) -> T {
+        let d = T::one() - self.ground.apex_ratio;
+        (T::one() - half)
+            * sinc(entry * (T::one() - half))
+            * sinc(entry * half)
+            * d
+            * entry.squared()
+    }
+
+    fn branches(&self, entry: T) -> [Branch<T>; 2] {
+        let (exit, apex) = (self.exit(entry), self.apex(entry));
+        let (front, rear) = (entry - apex, apex - exit);
+        [
+            Branch {
+                start: entry,
+                step: -front,
+                length: front,
+            },
+            Branch {
+                start: exit,
+                step: rear,
+                length: rear,
+            },
+        ]
+    }
+
+    pub(super) fn integrals(&self, entry: T) -> Integrals<T> {
+        let zero = T::zero();
+        let mut sum = Integrals {
+            load: zero,
+            thrust: zero,
+            compaction: zero,
+            shear: zero,
+            lateral: zero,
+        };
+        let branches = self.branches(entry);
+        let pieces = self.map(T::primal).pieces(entry.primal());
+        let one = T::Primal::one();
+        let whole = pieces.iter().all(|p| !p.ends[0].any_lt(one));
+
+        // One piece a branch: both branches have the same normal stress at equal u.
+        let n = self.ground.exponent;
+        let scale = self.ground.stiffness * self.radius.pow_pos(n);
+        let half_d = (T::one() - self.ground.apex_ratio) * 0.5;
+        let rule = rule();
+        if whole {
+            for q in 0..NODES {
+                let u = rule.nodes[q];
+                let sigma = scale * self.depth_base(entry, half_d * u).pow_pos(n) * self.weights[q];
+                for branch in &branches {
+                    let angle = branch.start + branch.step * u;
+                    self.add(
+                        &mut sum,
+                        entry,
+                        angle,
+                        sigma * branch.length,
+                        branch.length * rule.weights[q],
+                    );
+                }
+            }
+        } else {
+            for (branch, pieces) in branches.iter().zip(&pieces) {
+                let first = T::from_primal(pieces.ends[0]);
+                let first_scale = scale * first.pow_pos(n) * first * branch.length;
+                for q in 0..NODES {
+                    let u = first * rule.nodes[q];
+                    let sigma = self.depth_base(entry, half_d * u).pow_pos(n) * self.weights[q];
+                    let angle = branch.start + branch.step * u;
+                    self.add(
+                        &mut sum,
+                        entry,
+                        angle,
+                        sigma * first_scale,
+                        first * branch.length * rule.weights[q],
+                    );
+                }
+                let [a, b, c] = pieces.ends;
+                for (low, high) in [(a, b), (b, c), (c, one)] {
+                    pieces.each_node(low, high, |u, weight| {
+                        let (u, weight) =
+                            (T::from_primal(u), T::from_primal(weight) * branch.length);
+                        let sigma = scale * (self.depth_base(entry, half_d * u) * u).pow_pos(n);
+                        self.add(
+                            &mut sum,
+                            entry,
+                            branch.start + branch.step * u,
+                            sigma * weight,
+                            weight,
+                        );
+                    });
+                }
+            }
+        }
+        if let Some((depth, stiffness)) = self.layer {
+            let begins = self
+                .map(T::primal)
+                .layer_begins(entry.primal(), depth.primal());
+            for (branch, pieces) in branches.iter().zip(&pieces) {
+                let [a, b, c] = pieces.ends.map(|end| end.max_of(begins));
+                for (low, high) in [(begins, a), (a, b), (b, c), (c, one)] {
+                    pieces.each_node(low, high, |u, weight| {
+                        let (u, weight) =
+                            (T::from_primal(u), T::from_primal(weight) * branch.length);
+                        let z = self.radius * u * self.depth_base(entry, half_d * u);
+                        let extra = stiffness * (z - depth) * weight;
+                        // The cohesion is in the main integral already.
+                        self.add(
+                            &mut sum,
+                            entry,
+                            branch.start + branch.step * u,
+                            extra,
+                            T::zero(),
+                        );
+                    });
+                }
+            }
+        }
+        sum
+    }
+
+    /// Adds one node: its weight with and without the normal stress.
+    #[inline]
+    fn add(&self, sum: &mut Integrals<T>, entry: T, angle: T, normal: T, weight: T) {
+        let (sin, cos) = angle.sin_cos();
+        sum.load += normal * cos;
+        sum.compaction += normal * sin;
+        let (along, across) = self.mobilised(entry, angle);
+        let strength = normal * self.ground.tan_friction + weight * self.ground.cohesion;
+        let tau = strength * along;
+        sum.load += tau * sin;
+        sum.thrust += tau * cos;
+        sum.shear += tau;
+        if self.lateral.is_some() {
+            sum.lateral += strength * across;
+        }
+    }
+}
+
+impl Wheel<f64> {
+    /// Stresses at one angle of the contact.
+    pub(super) fn stress_at(&self, entry: f64, angle: f64) -> StressPoint {
+        let (exit, apex) = (self.exit(entry), self.apex(entry));
+        let u = if angle >= apex {
+            (entry - angle) / (entry - apex)
+        } else {
+            (angle - exit) / (apex - exit)
+        };
+        let u = u.clamp(0.0, 1.0);
+        let depth =
+            self.radius * u * self.depth_base(entry, 0.5 * (1.0 - self.ground.apex_ratio) * u);
+        let mut normal_stress = self.ground.stiffness * depth.powf(self.ground.exponent);
+        if let Some((top, stiffness)) = self.layer {
+            normal_stress += stiffness * (depth - top).max(0.0);
+        }
+        let (along, _) = self.mobilised(entry, angle);
+        let shear_stress =
+            (self.ground.cohesion + normal_stress * self.ground.tan_friction) * along;
+        StressPoint {
+            angle,
+            normal_stress,
+            shear_stress,
+        }
+    }
+}

@@ -1,0 +1,38 @@
+//! The description of one number that a model, an effect or a fit is free to choose.
+
+/// How a parameter is varied when it is fitted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Scale {
+    /// As it is.
+    Linear,
+    /// By its logarithm (it is positive).
+    Log,
+}
+
+/// One parameter of a model or an effect: what it is called, its unit, where it may lie, how uncertain it is a priori.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Param {
+    /// Name on every outside: snake case, the field's word (`friction_angle`).
+    pub name: &'static str,
+    /// Symbol in formulas (`φ`).
+    pub symbol: &'static str,
+    /// SI unit (`rad`; `1` when dimensionless).
+    pub unit: &'static str,
+    /// Smallest legal value; for an effect's magnitude 0 here means one-sided.
+    pub min: f64,
+    /// Largest legal value.
+    pub max: f64,
+    /// How it is fitted.
+    pub scale: Scale,
+    /// Prior standard deviation: of ln(value) on the log scale, of the value on the linear scale.
+    pub prior_sd: f64,
+    /// One line of meaning.
+    pub doc: &'static str,
+}
+
+impl Param {
+    /// True when only values on one side of 0 make sense.
+    pub fn one_sided(&self) -> bool {
+        self.min >= 0.0
+    }
+}

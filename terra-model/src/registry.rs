@@ -1,0 +1,128 @@
+//! Models and effects by name.
+
+use std::sync::Arc;
+
+use crate::effect::{AnyEffect, Effect};
+use crate::error::ModelError;
+use crate::law::Law;
+use crate::model::{AnyModel, TerrainModel};
+use crate::names::nearest;
+use crate::{effects, models};
+
+/// All models and effects that can be asked for by name.
+///
+/// A user's own join with one line: `Registry::builtin().with_model::<Mine>()`.
+#[derive(Clone, Default)]
+pub struct Registry {
+    models: Vec<Arc<dyn AnyModel>>,
+    effects: Vec<Arc<dyn AnyEffect>>,
+}
+
+impl Registry {
+    /// Nothing registered.
+    pub fn empty() -> Self {
+        Self::default()
+    }
+
+    /// Everything terra ships.
+    pub fn builtin() -> Self {
+        effects::register(models::register(Self::empty()))
+    }
+
+    /// Adds a terrain model.
+    #[must_use]
+    pub fn with_model<M: TerrainModel>(mut self) -> Self {
+        self.models.push(Arc::new(M::default()));
+        self
+    }
+
+    /// Adds an effect, or another form of one.
+    #[must_use]
+    pub fn with_effect<E: Effect>(mut self) -> Self {
+        self.effects.push(Arc::new(E::default()));
+        self
+    }
+
+    /// The models.
+    pub fn models(&self) -> &[Arc<dyn AnyModel>] {
+        &self.models
+    }
+
+    /// The effects, each form on its own.
+    pub fn effects(&self) -> &[Arc<dyn AnyEffect>] {
+        &self.effects
+    }
+
+    /// A model by name; `wheel:pressure:shear` slots that spell out a model's own defaults are accepted.
+    ///
+    /// # Errors
+    /// [`ModelError::UnknownName`].
+    pub fn model(&self, name: &str) -> Result<Arc<dyn AnyModel>, ModelError> {
+        let name = if let Some(base) = name.strip_suffix(":janosi-hanamoto") {
+            base
+        } else {
+            name
+        };
+        let name = if let Some(base) = name.strip_suffix(":bekker") {
+            base
+        } else {
+            name
+        };
+        self.models
+            .iter()
+            .find(|m| m.name() == name)
+            .cloned()
+            .ok_or_else(|| ModelError::UnknownName {
+                kind: "terrain model",
+                name: name.to_owned(),
+                nearest: nearest(name, self.models.iter().map(|m| m.name())).map(str::to_owned),
+            })
+    }
+
+    /// An effect's default form (the first registered) by name.
+    ///
+    /// # Errors
+    /// [`ModelError::UnknownName`].
+    pub fn effect(&self, name: &str) -> Result<Arc<dyn AnyEffect>, ModelError> {
+        self.effects
+            .iter()
+            .find(|e| e.name() == name)
+            .cloned()
+            .ok_or_else(|| ModelError::UnknownName {
+                kind: "effect",
+                name: name.to_owned(),
+                nearest: nearest(name, self.effects.iter().map(|e| e.name())).map(str::to_owned),
+            })
+    }
+
+    /// One form of an effect.
+    ///
+    /// # Errors
+    /// [`ModelError::UnknownName`], naming the nearest form.
+    pub fn effect_form(&self, name: &str, form: &str) -> Result<Arc<dyn AnyEffect>, ModelError> {
+        self.effect(name)?;
+        let mut forms = self.effects.iter().filter(|e| e.name() == name);
+        forms
+            .clone()
+            .find(|e| e.form() == form)
+            .cloned()
+            .ok_or_else(|| ModelError::UnknownName {
+                kind: "form",
+                name: form.to_owned(),
+                nearest: nearest(form, forms.by_ref().map(|e| e.form())).map(str::to_owned),
+            })
+    }
+
+    /// `model+effect+effect`.
+    ///
+    /// # Errors
+    /// [`ModelError::UnknownName`], or a combination the model cannot carry.
+    pub fn law(&self, name: &str) -> Result<Law, ModelError> {
+        let mut parts = name.split('+');
+        let model = self.model(parts.next().unwrap_or_default())?;
+        let effects = parts
+            .map(|e| self.effect(e))
+            .collect::<Result<Vec<_>, _>>()?;
+        Law::new(model, effects)
+    }
+}

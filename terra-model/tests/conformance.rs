@@ -1,0 +1,248 @@
+//! Everything registered conforms, and what does not conform is found out.
+
+#![allow(clippy::unwrap_used, clippy::panic)]
+
+use terra_model::conformance::{
+    check_effect, check_effect_dyn, check_model, check_model_dyn, check_model_with, check_pair,
+};
+use terra_model::{
+    Contact, Effect, ForceLaw, Hook, Law, ModelError, Param, Real, Registry, Scale, Soil,
+    TerrainModel, Touch, WheelForces,
+};
+
+#[test]
+fn every_model_conforms() {
+    let registry = Registry::builtin();
+    assert!(registry.models().len() >= 2);
+    for model in registry.models() {
+        let checked = check_model_dyn(&**model).unwrap_or_else(|e| panic!("{e}"));
+        assert!(checked.derivatives > 1000, "{checked:?}");
+    }
+}
+
+#[test]
+fn every_effect_conforms() {
+    let registry = Registry::builtin();
+    assert!(registry.effects().len() >= 34);
+    for effect in registry.effects() {
+        let checked = check_effect_dyn(&**effect).unwrap_or_else(|e| panic!("{e}"));
+        assert!(checked.derivatives > 20, "{checked:?}");
+    }
+}
+
+#[test]
+fn every_pair_conforms() {
+    let registry = Registry::builtin();
+    let mut carried = 0;
+    for model in registry.models() {
+        for effect in registry.effects() {
+            let checked = check_pair(model, effect).unwrap_or_else(|e| panic!("{e}"));
+            let on_the_wheel = effect
+                .touches()
+                .iter()
+                .any(|t| matches!(t, Touch::Contact | Touch::Forces));
+            if on_the_wheel && Law::new(model.clone(), vec![effect.clone()]).is_ok() {
+                assert!(checked.derivatives > 0, "{checked:?}");
+                carried += 1;
+            }
+        }
+    }
+    // All 16 that act on the wheel go with the full wheel; the closed form lacks five hooks.
+    assert_eq!(carried, 16 + 11);
+}
+
+#[test]
+fn every_effect_of_the_contract_is_registered() {
+    let registry = Registry::builtin();
+    for name in "slip-sinkage multipass grousers bulldozing rear-contact rate-stiffening shear-hump wheel-compliance \
+        layered-soil interface-friction terrain-drift lateral-contrast lateral-bulldozing drivetrain-coulomb-friction \
+        drivetrain-viscous-friction torque-scale torque-bias torque-droop wheel-radius-error track-width-error cg-offset \
+        mass-error ground-speed-scale ground-speed-bias ground-speed-delay accel-bias slope tow-load aero-drag \
+        skid-steer-lateral-slip load-error drawbar-gain drawbar-bias sinkage-bias"
+        .split_whitespace()
+    {
+        registry.effect(name).unwrap();
+    }
+}
+
+const STIFFNESS: Param = Param {
+    name: "firmness",
+    symbol: "q",
+    unit: "N/m",
+    min: 1.0,
+    max: 1e6,
+    scale: Scale::Log,
+    prior_sd: 0.5,
+    doc: "load a metre of sinkage",
+};
+
+/// A user's model in a few lines; `FAULT` plants one mistake.
+#[derive(Default)]
+struct Spring<const FAULT: u8>;
+
+impl<const FAULT: u8> TerrainModel for Spring<FAULT> {
+    const NAME: &'static str = "spring";
+    const SUMMARY: &'static str = "a spring with Coulomb friction that saturates with slip";
+    const PARAMS: &'static [Param] = &[STIFFNESS];
+    const REFERENCE: &'static str = "this test";
+
+    fn wheel_forces<T: Real>(
+        &self,
+        p: &[T],
+        at: &Contact<T>,
+    ) -> Result<WheelForces<T>, ModelError> {
+        let load = at.normal_load;
+        let mut thrust = load * 0.6 * (at.slip * 3.0).tanh();
+        match FAULT {
+            1 => thrust = at.slip.select_lt(T::zero(), thrust - load * 0.01, thrust),
+            2 => thrust += T::from(5.0),
+            3 => thrust = T::from_primal(thrust.primal()),
+            4 => thrust += load * (at.slip - 0.7).sqrt() * 0.0,
+            _ => {}
+        }
+        let resistance = load * load / p[0] / at.radius * 0.0 + load * 0.05;
+        Ok(WheelForces::from_thrust(
+            thrust,
+            resistance,
+            thrust * at.radius,
+        ))
+    }
+}
+
+#[test]
+fn a_sound_model_of_a_user_passes() {
+    let checked = check_model::<Spring<0>>().unwrap_or_else(|e| panic!("{e}"));
+    assert!(
+        checked.comparisons > 500 && checked.derivatives > 100,
+        "{checked:?}"
+    );
+    check_model_with(&Spring::<0>, &[vec![2e3], vec![5e3], vec![2e4]]).unwrap();
+}
+
+#[test]
+fn planted_mistakes_of_a_model_are_found() {
+    let findings = |r: Result<_, terra_model::conformance::Failures>| r.unwrap_err().to_string();
+    assert!(findings(check_model::<Spring<1>>()).contains("jump"));
+    assert!(findings(check_model::<Spring<2>>()).contains("scaling"));
+    assert!(findings(check_model::<Spring<3>>()).contains("derivative"));
+    assert!(findings(check_model::<Spring<4>>()).contains("finite"));
+}
+
+/// A user's effect; `FAULT` plants one mistake.
+#[derive(Default)]
+struct Softer<const FAULT: u8>;
+
+impl<const FAULT: u8> Effect for Softer<FAULT> {
+    const NAME: &'static str = if FAULT == 4 { "Softer Soil" } else { "softer" };
+    const SUMMARY: &'static str = "the soil is softer";
+    const PARAMS: &'static [Param] = &[Param {
+        name: "magnitude",
+        symbol: "e",
+        unit: "1",
+        min: 0.0,
+        max: 5.0,
+        scale: Scale::Linear,
+        prior_sd: 0.5,
+        doc: "relative loss",
+    }];
+    const REFERENCE: &'static str = "this test";
+    const NEEDS: &'static [Hook] = if FAULT == 1 { &[] } else { &[Hook::Stiffness] };
+    const TOUCHES: &'static [Touch] = if FAULT == 2 {
+        &[Touch::Contact, Touch::Forces]
+    } else {
+        &[Touch::Contact]
+    };
+    const REGIME: &'static str = "everywhere";
+    const ISOLATED_BY: &'static str = "a plate test";
+
+    fn before<T: Real>(&self, e: &[T], _soil: &Soil<T>, mut at: Contact<T>) -> Contact<T> {
+        let nominal = if FAULT == 3 { 1.001 } else { 1.0 };
+        at.hooks.stiffness = at.hooks.stiffness / (e[0] + nominal);
+        at
+    }
+}
+
+#[test]
+fn a_sound_effect_of_a_user_passes_and_planted_mistakes_are_found() {
+    let checked = check_effect::<Softer<0>>().unwrap_or_else(|e| panic!("{e}"));
+    assert!(checked.derivatives > 100, "{checked:?}");
+    let findings = |r: Result<_, terra_model::conformance::Failures>| r.unwrap_err().to_string();
+    assert!(findings(check_effect::<Softer<1>>()).contains("needs"));
+    assert!(findings(check_effect::<Softer<2>>()).contains("touches"));
+    assert!(findings(check_effect::<Softer<3>>()).contains("zero"));
+    assert!(findings(check_effect::<Softer<4>>()).contains("kebab"));
+}
+
+/// Nothing illegal reaches a model: the law refuses it by name.
+#[test]
+fn a_law_refuses_what_is_out_of_range() {
+    let law = Registry::builtin().law("wong-reece").unwrap();
+    let p = terra_model::catalogue::find("dry_sand")
+        .unwrap()
+        .parameters(law.model())
+        .unwrap();
+    let good = Contact::new(0.2, 245.25, 0.254, 0.15);
+    law.forces(&p, &good).unwrap();
+    for (name, bad) in [
+        ("slip", Contact { slip: 1.01, ..good }),
+        (
+            "slip",
+            Contact {
+                slip: f64::NAN,
+                ..good
+            },
+        ),
+        (
+            "normal_load",
+            Contact {
+                normal_load: 0.0,
+                ..good
+            },
+        ),
+        (
+            "normal_load",
+            Contact {
+                normal_load: f64::INFINITY,
+                ..good
+            },
+        ),
+        (
+            "radius",
+            Contact {
+                radius: -0.1,
+                ..good
+            },
+        ),
+        ("width", Contact { width: 0.0, ..good }),
+        (
+            "speed",
+            Contact {
+                speed: f64::NAN,
+                ..good
+            },
+        ),
+    ] {
+        let Err(ModelError::Contact { quantity, .. }) = law.forces(&p, &bad) else {
+            panic!("{name} accepted")
+        };
+        assert_eq!(quantity, name);
+        assert!(law.jacobian(&p, &bad).is_err());
+    }
+    assert!(matches!(
+        law.forces(&p[..7], &good),
+        Err(ModelError::ParameterCount {
+            expected: 8,
+            found: 7,
+            ..
+        })
+    ));
+    let mut q = p.clone();
+    q[3] = f64::NAN;
+    assert!(matches!(
+        law.forces(&q, &good),
+        Err(ModelError::Parameter {
+            parameter: "cohesion",
+            ..
+        })
+    ));
+}

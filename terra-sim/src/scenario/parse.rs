@@ -1,0 +1,284 @@
+//! From the text of a scenario file to a [`Scenario`].
+
+use std::collections::BTreeMap;
+
+use terra_data::{Start, WHEELS};
+use toml::de::DeTable;
+
+use super::toml_table::{Source, Table, Value};
+use super::{Command, DriveSegment, EffectSetting, Profile, Scenario, StartMotion, Trial};
+use crate::error::ScenarioError;
+
+type Parsed<T> = Result<T, ScenarioError>;
+
+/// Model of a scenario that names none.
+const DEFAULT_MODEL: &str = "wong-reece";
+
+pub(super) fn scenario(text: &str, file: &str) -> Parsed<Scenario> {
+    let source = Source { text, file };
+    let document = DeTable::parse(text)
+        .map_err(|e| source.error(e.span().map_or(0, |s| s.start), e.message().to_owned()))?;
+    let root = Table::new(source, document.get_ref(), 0..0);
+
+    let segments = match root.get("segment") {
+        Some(list) => list
+            .items()?
+            .iter()
+            .enumerate()
+            .map(|(i, v)| segment(i, v))
+            .collect::<Parsed<Vec<_>>>()?,
+        None => Vec::new(),
+    };
+    let trials = match root.get("trial") {
+        Some(list) => list
+            .items()?
+            .iter()
+            .map(trial)
+            .collect::<Parsed<Vec<_>>>()?,
+        None => Vec::new(),
+    };
+    let effects = match root.get("effect") {
+        Some(list) => list
+            .items()?
+            .iter()
+            .map(effect)
+            .collect::<Parsed<Vec<_>>>()?,
+        None => Vec::new(),
+    };
+    // Keys are asked for before anything is required, so that a misspelt key is named before its absence is.
+    let seed = root.get("seed");
+    let rover = root.get("rover");
+    let rate = root.get("rate_hz");
+    let terrain = root.get("terrain");
+    let model = root.get("model");
+    let noise_scale = root.get("noise_scale");
+    let missing = |key: &str| root.error(format!("missing key '{key}'"));
+    let head = Scenario {
+        seed: seed.map_or(Ok(0), |v| v.whole())?,
+        run: 0,
+        rover: rover.map_or(Ok(String::new()), |v| v.text())?,
+        rate: rate.map_or(Ok(0.0), |v| v.number_where("a rate above 0", |r| r > 0.0))?,
+        left: Start::Id(String::new()),
+        right: Start::Id(String::new()),
+        model: model.map_or(Ok(DEFAULT_MODEL.to_owned()), |v| v.text())?,
+        noise_scale: noise_scale
+            .map_or(Ok(1.0), |v| v.number_where("a factor from 0", |s| s >= 0.0))?,
+        segments,
+        trials,
+        effects,
+    };
+    let sides = terrain.map(|v| sides(&v)).transpose()?;
+    let complaint = if seed.is_none() {
+        Some(missing("seed"))
+    } else if rover.is_none() {
+        Some(missing("rover"))
+    } else if head.segments.is_empty() && head.trials.is_empty() {
+        Some(root.error("expected at least one [[segment]] (drive) or [[trial]] (rig)"))
+    } else if !head.segments.is_empty() && !head.trials.is_empty() {
+        Some(root.error("[[segment]] and [[trial]] in one file: a scenario is a drive or a rig"))
+    } else if rate.is_none() && !head.segments.is_empty() {
+        Some(missing("rate_hz"))
+    } else {
+        None
+    };
+    let no_terrain = missing("terrain");
+    root.finish()?;
+    if let Some(error) = complaint {
+        return Err(error);
+    }
+    let (left, right) = sides.ok_or(no_terrain)?;
+    Ok(Scenario {
+        left,
+        right,
+        ..head
+    })
+}
+
+/// An id, a parameter table, or one of them for each side.
+fn sides(value: &Value<'_, '_>) -> Parsed<(Start, Start)> {
+    if value.is_table() {
+        let table = value.table()?;
+        if table.has_any(&["left", "right"]) {
+            let (left, right) = (table.require("left")?, table.require("right")?);
+            table.finish()?;
+            return Ok((soil(&left)?, soil(&right)?));
+        }
+    }
+    let both = soil(value)?;
+    Ok((both.clone(), both))
+}
+
+fn soil(value: &Value<'_, '_>) -> Parsed<Start> {
+    if value.is_text() {
+        return Ok(Start::Id(value.text()?));
+    }
+    if !value.is_table() {
+        return Err(value
+            .error("expected a terrain id, a table of parameters, or { left = .., right = .. }"));
+    }
+    let mut values = BTreeMap::new();
+    for (key, number) in value.table()?.entries() {
+        values.insert(key.to_owned(), number.number()?);
+    }
+    Ok(Start::Values(values))
+}
+
+fn segment(index: usize, value: &Value<'_, '_>) -> Parsed<DriveSegment> {
+    let table = value.table()?;
+    let name = table
+        .get("name")
+        .map_or(Ok(format!("segment_{}", index + 1)), |v| v.text())?;
+    let duration = table.get("duration_s");
+    let torque = table.get("torque_N_m");
+    let speed = table.get("wheel_speed_rad_s");
+    let start = table.get("start");
+    let reset = table.get("reset").map_or(Ok(false), |v| v.flag())?;
+    let pitch = table
+        .get("pitch_rad")
+        .map(|v| v.number_where("an angle between -1.5 and 1.5 rad", |a| a.abs() < 1.5))
+        .transpose()?;
+    let payload = table.get("payload_kg").map(|v| v.number()).transpose()?;
+    let tow_load = table.get("tow_load_N").map_or(Ok(0.0), |v| v.number())?;
+    let pass = table.get("pass").map(|v| v.count()).transpose()?;
+    let no_duration = table.error("missing key 'duration_s'");
+    let no_command = table.error("expected one of torque_N_m, wheel_speed_rad_s");
+    table.finish()?;
+    let duration = duration
+        .ok_or(no_duration)?
+        .number_where("a duration above 0", |d| d > 0.0)?;
+    let command = match (torque, speed) {
+        (Some(torque), None) => Command::Torque(wheels(&torque, &profile)?),
+        (None, Some(speed)) => Command::WheelSpeed(wheels(&speed, &profile)?),
+        _ => return Err(no_command),
+    };
+    let start = match start {
+        Some(v) if index > 0 && !reset => {
+            return Err(v.error("start is for the first segment or after reset = true"));
+        }
+        Some(v) => Some(motion(&v)?),
+        None => None,
+    };
+    Ok(DriveSegment {
+        name,
+        duration,
+        command,
+        start,
+        reset,
+        pitch,
+        payload,
+        tow_load,
+        pass,
+    })
+}
+
+fn motion(value: &Value<'_, '_>) -> Parsed<StartMotion> {
+    let table = value.table()?;
+    let ground_speed = table
+        .get("ground_speed_m_s")
+        .map_or(Ok(0.0), |v| v.number())?;
+    let wheel_speed = match table.get("wheel_speed_rad_s") {
+        Some(v) => wheels(&v, &|v| v.number())?,
+        None => [0.0; 4],
+    };
+    table.finish()?;
+    Ok(StartMotion {
+        ground_speed,
+        wheel_speed,
+    })
+}
+
+/// One for all wheels, or { fl = .., fr = .., rl = .., rr = .. }.
+fn wheels<T: Copy>(
+    value: &Value<'_, '_>,
+    one: &impl Fn(&Value<'_, '_>) -> Parsed<T>,
+) -> Parsed<[T; 4]> {
+    if value.is_table() {
+        let table = value.table()?;
+        if table.has_any(&WHEELS) {
+            let [fl, fr, rl, rr] = WHEELS;
+            let all = [
+                table.require(fl)?,
+                table.require(fr)?,
+                table.require(rl)?,
+                table.require(rr)?,
+            ];
+            table.finish()?;
+            let [fl, fr, rl, rr] = all;
+            return Ok([one(&fl)?, one(&fr)?, one(&rl)?, one(&rr)?]);
+        }
+    }
+    Ok([one(value)?; 4])
+}
+
+fn profile(value: &Value<'_, '_>) -> Parsed<Profile> {
+    if !value.is_table() {
+        return Ok(Profile::constant(value.number()?));
+    }
+    let table = value.table()?;
+    let (from, to) = (
+        table.require("from")?.number()?,
+        table.require("to")?.number()?,
+    );
+    table.finish()?;
+    Ok(Profile { from, to })
+}
+
+/// A number or an array of them.
+fn numbers(value: &Value<'_, '_>, what: &str, legal: impl Fn(f64) -> bool) -> Parsed<Vec<f64>> {
+    if !value.is_array() {
+        return Ok(vec![value.number_where(what, legal)?]);
+    }
+    let items = value.items()?;
+    if items.is_empty() {
+        return Err(value.error("expected at least one number"));
+    }
+    items.iter().map(|v| v.number_where(what, &legal)).collect()
+}
+
+fn trial(value: &Value<'_, '_>) -> Parsed<Trial> {
+    let table = value.table()?;
+    let slip = table.get("slip");
+    let load = table.get("normal_load_N");
+    let travel = table.get("travel_speed_m_s");
+    let repeats = table.get("repeats").map_or(Ok(1), |v| v.count())?;
+    let condition = table
+        .get("condition")
+        .map_or(Ok(String::new()), |v| v.text())?;
+    let pass = table.get("pass").map_or(Ok(1), |v| v.count())?;
+    let missing = |key: &str| table.error(format!("missing key '{key}'"));
+    let (no_slip, no_load, no_travel) = (
+        missing("slip"),
+        missing("normal_load_N"),
+        missing("travel_speed_m_s"),
+    );
+    table.finish()?;
+    Ok(Trial {
+        slip: numbers(&slip.ok_or(no_slip)?, "a slip in [-1, 1]", |s| {
+            (-1.0..=1.0).contains(&s)
+        })?,
+        normal_load: numbers(&load.ok_or(no_load)?, "a load above 0", |w| w > 0.0)?,
+        repeats,
+        travel_speed: travel
+            .ok_or(no_travel)?
+            .number_where("a speed above 0", |v| v > 0.0)?,
+        condition,
+        pass,
+    })
+}
+
+fn effect(value: &Value<'_, '_>) -> Parsed<EffectSetting> {
+    let table = value.table()?;
+    let name = table.get("name");
+    let magnitude = table.get("magnitude");
+    let form = table.get("form").map(|v| v.text()).transpose()?;
+    let (no_name, no_magnitude) = (
+        table.error("missing key 'name'"),
+        table.error("missing key 'magnitude'"),
+    );
+    table.finish()?;
+    Ok(EffectSetting {
+        name: name.ok_or(no_name)?.text()?,
+        magnitude: numbers(&magnitude.ok_or(no_magnitude)?, "a number", |_| true)?,
+        form,
+    })
+}

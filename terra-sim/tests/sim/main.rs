@@ -1,0 +1,12 @@
+//! The simulator against closed forms, conservation laws and published statements.
+
+#![allow(clippy::unwrap_used, clippy::panic, missing_docs)]
+
+mod closed_forms;
+mod conservation;
+mod effects;
+mod noise;
+mod paper;
+mod rig;
+mod scenario;
+mod support;

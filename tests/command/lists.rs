@@ -1,0 +1,105 @@
+//! What is registered, as text and as JSON; shell completions; help.
+
+use terra::model::{Registry, catalogue};
+
+use crate::support::{folder, list, terra, text};
+
+fn names(command: &str, key: &str) -> Vec<String> {
+    let folder = folder(&format!("list_{command}"));
+    let plain = terra(&folder, command).ok().out;
+    let json: serde_json::Value =
+        serde_json::from_str(&terra(&folder, &format!("{command} --json")).ok().out).unwrap();
+    let names: Vec<String> = list(&json)
+        .iter()
+        .map(|o| text(&o[key]).to_owned())
+        .collect();
+    for name in &names {
+        assert!(
+            plain.contains(name.as_str()),
+            "{name} is missing in the text of terra {command}"
+        );
+    }
+    for o in list(&json) {
+        let source = if command == "terrains" {
+            &o["source"]
+        } else {
+            &o["reference"]
+        };
+        assert!(!text(source).is_empty(), "{} has no source", o[key]);
+    }
+    names
+}
+
+#[test]
+fn every_registered_name_is_listed() {
+    let registry = Registry::builtin();
+    let models: Vec<_> = registry.models().iter().map(|m| m.name()).collect();
+    assert_eq!(names("models", "name"), models);
+    let effects: Vec<_> = registry.effects().iter().map(|e| e.name()).collect();
+    assert_eq!(names("effects", "name"), effects);
+    let terrains: Vec<_> = catalogue::terrains()
+        .iter()
+        .map(|t| t.id.as_ref())
+        .collect();
+    assert_eq!(names("terrains", "id"), terrains);
+    let filters: Vec<_> = terra::ekf::FILTERS.iter().map(|f| f.name).collect();
+    assert_eq!(names("filters", "name"), filters);
+    let estimators: Vec<_> = terra::mme::estimators().iter().map(|e| e.name).collect();
+    assert_eq!(names("estimators", "name"), estimators);
+}
+
+/// The names others rely on.
+#[test]
+fn the_names_of_the_contract_are_there() {
+    let effects = names("effects", "name");
+    let promised = "slip-sinkage multipass grousers bulldozing rear-contact rate-stiffening shear-hump wheel-compliance \
+        layered-soil interface-friction terrain-drift lateral-contrast lateral-bulldozing drivetrain-coulomb-friction \
+        drivetrain-viscous-friction torque-scale torque-bias torque-droop wheel-radius-error track-width-error cg-offset \
+        mass-error ground-speed-scale ground-speed-bias ground-speed-delay accel-bias slope tow-load aero-drag \
+        skid-steer-lateral-slip load-error drawbar-gain drawbar-bias sinkage-bias";
+    let missing: Vec<_> = promised
+        .split_whitespace()
+        .filter(|n| !effects.iter().any(|e| e == n))
+        .collect();
+    assert!(missing.is_empty(), "{missing:?}");
+    let filters = names("filters", "name");
+    for name in ["block", "kf", "ekf", "iekf", "ukf", "ckf"] {
+        assert!(filters.iter().any(|f| f == name), "{name}");
+    }
+}
+
+#[test]
+fn completions_and_help() {
+    let folder = folder("help");
+    for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
+        let script = terra(&folder, &format!("completions {shell}")).ok().out;
+        assert!(
+            script.contains("terra") && script.contains("identify"),
+            "{shell}"
+        );
+    }
+    let version = terra(&folder, "--version").ok().out;
+    assert_eq!(
+        version.trim(),
+        format!("terra {}", env!("CARGO_PKG_VERSION"))
+    );
+    let help = terra(&folder, "--help").ok().out;
+    for command in [
+        "demo",
+        "models",
+        "wheel",
+        "simulate",
+        "estimate",
+        "identify",
+        "gap",
+        "completions",
+    ] {
+        assert!(help.contains(command), "{command}");
+        assert!(
+            !terra(&folder, &format!("{command} --help"))
+                .ok()
+                .out
+                .is_empty()
+        );
+    }
+}

@@ -1,0 +1,17 @@
+//! The command as its users meet it: what it writes, what it says, how it ends.
+
+// A failed expectation should stop the test, and skips belong in its output.
+#![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout)]
+
+mod bad_input;
+mod cases;
+mod demo;
+mod drive;
+mod lists;
+mod missing;
+mod reverse;
+mod rig;
+mod same_bytes;
+mod streams;
+mod support;
+mod wheel;

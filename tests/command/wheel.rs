@@ -1,0 +1,174 @@
+//! `terra wheel` against the drawbar pulls that must hold, and its table.
+
+use crate::support::{Csv, folder, terra};
+
+const SLIPS: [f64; 7] = [0.02, 0.1, 0.2, 0.4, 0.6, 0.8, 0.95];
+
+fn wheel(soil: &str, load: f64, slip: &str) -> Csv {
+    let line = format!(
+        "wheel --terrain {soil} --radius_m 0.254 --width_m 0.15 --load_N {load} --slip {slip}"
+    );
+    Csv::parse(
+        &terra(&folder(&format!("wheel_{soil}_{load}")), &line)
+            .ok()
+            .out,
+    )
+}
+
+/// Drawbar pull in N of the wheel of Ray 2008 (R = .254 m, b = .15 m) on its three soils at both loads, printed to .1 N
+/// and 1 N.
+#[test]
+fn drawbar_pull_against_slip() {
+    let table = [
+        (
+            "dry_sand",
+            245.25,
+            [-28.0, -8.9, 8.3, 28.2, 36.3, 36.9, 33.3],
+        ),
+        (
+            "upland_sandy_loam",
+            245.25,
+            [11.1, 55.2, 86.3, 112.9, 121.4, 123.2, 122.3],
+        ),
+        (
+            "lean_clay_22",
+            245.25,
+            [-1.4, 5.7, 14.1, 29.6, 43.4, 56.1, 65.1],
+        ),
+        (
+            "dry_sand",
+            2452.5,
+            [-180.0, -140.0, -131.0, -198.0, -344.0, -584.0, -889.0],
+        ),
+        (
+            "upland_sandy_loam",
+            2452.5,
+            [383.0, 433.0, 440.0, 389.0, 300.0, 180.0, 65.0],
+        ),
+        (
+            "lean_clay_22",
+            2452.5,
+            [-81.0, 155.0, 364.0, 617.0, 753.0, 833.0, 874.0],
+        ),
+    ];
+    for (soil, load, expected) in table {
+        let half_a_digit = if load < 1000.0 { 0.05 } else { 0.5 } + 1e-9;
+        let csv = wheel(soil, load, "0.01:0.95:0.01");
+        assert_eq!(csv.rows.len(), 95);
+        let (slip, pull) = (csv.full("slip"), csv.full("drawbar_pull_N"));
+        for (at, expected) in SLIPS.iter().zip(expected) {
+            let k = slip.iter().position(|s| s == at).unwrap();
+            assert!(
+                (pull[k] - expected).abs() <= half_a_digit,
+                "{soil}, {load} N, slip {at}: {} not {expected}",
+                pull[k]
+            );
+        }
+    }
+}
+
+/// Torque at slip .95 of the light vehicle, in N m to three decimals.
+#[test]
+fn torque_at_high_slip() {
+    for (soil, expected) in [
+        ("dry_sand", 30.392),
+        ("upland_sandy_loam", 47.435),
+        ("lean_clay_22", 17.508),
+    ] {
+        let torque = wheel(soil, 245.25, "0.95").full("torque_N_m")[0];
+        assert!(
+            (torque - expected).abs() <= 5.1e-4,
+            "{soil}: {torque} not {expected}"
+        );
+    }
+}
+
+#[test]
+fn the_table_is_the_contract_and_pull_is_thrust_less_resistance() {
+    let csv = wheel("dry_sand", 245.0, "-0.5:0.9:0.1");
+    let columns = "slip,normal_load_N,drawbar_pull_N,torque_N_m,thrust_N,motion_resistance_N,sinkage_m,entry_angle_rad,\
+                   max_stress_angle_rad,max_normal_stress_Pa,max_shear_stress_Pa,status";
+    assert_eq!(csv.header.join(","), columns);
+    assert_eq!(csv.rows.len(), 15);
+    let (d, h, r) = (
+        csv.full("drawbar_pull_N"),
+        csv.full("thrust_N"),
+        csv.full("motion_resistance_N"),
+    );
+    for k in 0..15 {
+        assert!(
+            (d[k] - (h[k] - r[k])).abs() < 1e-9 * h[k].abs().max(r[k]),
+            "row {k}"
+        );
+    }
+    assert!(csv.text("status").iter().all(|s| *s == "ok"));
+}
+
+/// A soil that cannot carry the wheel is a row without forces, never a number and never a failure of the curve.
+#[test]
+fn too_heavy_a_wheel_has_no_equilibrium() {
+    let csv = wheel("dry_sand", 1e9, "0.1:0.3:0.1");
+    assert!(csv.text("status").iter().all(|s| *s == "no-equilibrium"));
+    assert!(
+        csv.rows
+            .iter()
+            .all(|r| r[2..11].iter().all(String::is_empty))
+    );
+}
+
+/// The second table holds both stresses along the rim; its largest pressure is that of the first table.
+#[test]
+fn stresses_go_beside_the_curve() {
+    let folder = folder("wheel_stress");
+    let line = "wheel --terrain dry_sand --radius_m 0.254 --width_m 0.15 --load_N 245.25 --slip 0.1:0.3:0.1 --stress";
+    terra(&folder, &format!("{line} --csv curve.csv")).ok();
+    let curve = Csv::read(&folder.join("curve.csv"));
+    let stress = Csv::read(&folder.join("curve.stress.csv"));
+    assert_eq!(
+        stress.header.join(","),
+        "slip,angle_rad,normal_stress_Pa,shear_stress_Pa"
+    );
+    let largest = stress
+        .full("normal_stress_Pa")
+        .into_iter()
+        .fold(0.0, f64::max);
+    let expected = curve
+        .full("max_normal_stress_Pa")
+        .into_iter()
+        .fold(0.0, f64::max);
+    assert!(
+        (largest / expected - 1.0).abs() < 1e-2,
+        "{largest} along the rim, {expected} in the curve"
+    );
+    // Without a file both go to standard output, an empty line between.
+    let both = terra(&folder, line).ok().out;
+    let (first, second) = both.split_once("\n\n").unwrap();
+    assert_eq!(
+        format!("{first}\n"),
+        std::fs::read_to_string(folder.join("curve.csv")).unwrap()
+    );
+    assert_eq!(
+        second,
+        std::fs::read_to_string(folder.join("curve.stress.csv")).unwrap()
+    );
+}
+
+/// Magnitude 0 is the nominal model, bit for bit; another is not.
+#[test]
+fn effects_by_name() {
+    let folder = folder("wheel_effects");
+    let line = "wheel --terrain dry_sand --radius_m 0.254 --width_m 0.15 --load_N 245.25 --slip 0.4 --model";
+    let plain = terra(&folder, &format!("{line} wong-reece")).ok().out;
+    let nothing = terra(
+        &folder,
+        &format!("{line} wong-reece:bekker:janosi-hanamoto+slip-sinkage=0"),
+    )
+    .ok()
+    .out;
+    let sunk = terra(&folder, &format!("{line} wong-reece+slip-sinkage=0.3"))
+        .ok()
+        .out;
+    assert_eq!(plain, nothing);
+    let (plain, sunk) = (Csv::parse(&plain), Csv::parse(&sunk));
+    assert!(sunk.full("sinkage_m")[0] > plain.full("sinkage_m")[0]);
+}

@@ -1,0 +1,251 @@
+//! `cargo xtask bench`: instructions per operation, counted by callgrind, against the committed counts.
+//!
+//! Wall-clock time of a shared machine says little and is never a gate; an instruction count is the same on every run.
+//! Each kernel runs twice with different repetitions and the counts are subtracted, so start-up and checks cancel.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use crate::counts::{Standing, compare, read};
+use crate::fit::line;
+use crate::shell::{cargo, command, installed, output, root, run as run_command};
+
+/// A kernel of `terra-bench/src/bin/count.rs`, with the repetitions of the short and the long run.
+struct Kernel {
+    name: &'static str,
+    short: usize,
+    long: usize,
+    what: &'static str,
+}
+
+const fn kernel(name: &'static str, short: usize, long: usize, what: &'static str) -> Kernel {
+    Kernel {
+        name,
+        short,
+        long,
+        what,
+    }
+}
+
+const KERNELS: &[Kernel] = &[
+    kernel("forward-solve", 10, 30, "cold forward solve, driving"),
+    kernel(
+        "forward-solve-braking",
+        10,
+        30,
+        "cold forward solve, braking",
+    ),
+    kernel("jacobian", 2, 6, "forces with 10 derivatives"),
+    kernel("filter-block", 200, 600, "filter step, block"),
+    kernel(
+        "filter-block-robust",
+        200,
+        600,
+        "filter step, block with robust update",
+    ),
+    kernel("filter-kf", 200, 600, "filter step, dense"),
+    kernel("filter-ekf", 200, 400, "filter step, extended"),
+    kernel("hypothesis-update:21", 1000, 3000, "Bayes step, N = 21"),
+    kernel("hypothesis-update:1000", 100, 300, "Bayes step, N = 1 000"),
+    kernel("hypothesis-update:10000", 10, 30, "Bayes step, N = 10 000"),
+    kernel("hypothesis-update:100000", 2, 6, "Bayes step, N = 100 000"),
+];
+
+/// Least R² at which the Bayes step counts as O(N).
+const STRAIGHT: f64 = 0.9999;
+
+/// Fixed target CPUs, the default first: `native` would differ from machine to machine, and valgrind knows no AVX-512.
+/// The default is what a plain release build gives.
+const CPUS: [&str; 2] = ["x86-64", "x86-64-v3"];
+
+pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
+    let cpu = match arguments {
+        [] => CPUS[0],
+        [flag, cpu] if flag == "--cpu" => CPUS
+            .into_iter()
+            .find(|known| known == cpu)
+            .ok_or_else(|| format!("no target CPU '{cpu}'; known: {}", CPUS.join(", ")))?,
+        _ => return Err("usage: cargo xtask bench [--cpu x86-64|x86-64-v3]".to_owned()),
+    };
+    if !installed("valgrind") {
+        println!("skipped: valgrind is not installed");
+        return Ok(());
+    }
+    if cfg!(not(target_arch = "x86_64")) {
+        println!("skipped: counts are committed for x86-64 only");
+        return Ok(());
+    }
+    let binary = build(cpu)?;
+    let file = root().join("terra-bench/counts.toml");
+    let text = fs::read_to_string(&file).map_err(|e| format!("{}: {e}", file.display()))?;
+    let committed = read(&text, cpu)?;
+
+    println!(
+        "instructions per operation, release, target-cpu {cpu}, {}",
+        versions()
+    );
+    println!(
+        "{:<26} {:>12} {:>12} {:>8}",
+        "kernel", "found", "committed", "change"
+    );
+    let mut failed = vec![];
+    let mut fresh = vec![];
+    let mut points = vec![];
+    for kernel in KERNELS {
+        let found = count(&binary, kernel)?;
+        let before = committed.get(kernel.name).copied();
+        let change = before.map_or_else(String::new, |c| {
+            format!("{:+.2} %", 100.0 * (found / c - 1.0))
+        });
+        let shown = before.map_or_else(|| "none".to_owned(), |c| format!("{c:.1}"));
+        println!(
+            "{:<26} {found:>12.1} {shown:>12} {change:>8}  {}",
+            kernel.name, kernel.what
+        );
+        let standing = compare(found, before);
+        if standing == Standing::More {
+            failed.push(kernel.name);
+        }
+        if standing != Standing::Same {
+            fresh.push(format!("\"{}\" = {found:.1}", kernel.name));
+        }
+        if let Some(n) = size(kernel.name) {
+            points.push((n, found));
+        }
+    }
+    linear(&points)?;
+    if !fresh.is_empty() {
+        println!(
+            "\nlines for [\"{cpu}\"] of terra-bench/counts.toml:\n{}",
+            fresh.join("\n")
+        );
+    }
+    if failed.is_empty() {
+        Ok(())
+    } else {
+        Err(format!(
+            "more than 2 % above the committed count: {}\nmake it cheaper, or commit the new count with the reason beside it",
+            failed.join(", ")
+        ))
+    }
+}
+
+/// Prints the Bayes step per hypothesis and its line, which must be straight.
+fn linear(points: &[(f64, f64)]) -> Result<(), String> {
+    let fit = line(points);
+    println!("\nBayes step, instructions = a + b N");
+    for &(n, found) in points {
+        let fitted = fit.intercept + fit.slope * n;
+        println!(
+            "  N = {n:>6}: {:>8.2} a hypothesis; line {fitted:>11.1}, found {found:>11.1}",
+            found / n
+        );
+    }
+    println!(
+        "  a = {:.1}, b = {:.4}, R² = {:.9}",
+        fit.intercept, fit.slope, fit.determination
+    );
+    if fit.determination > STRAIGHT {
+        Ok(())
+    } else {
+        Err(format!(
+            "the Bayes step is not linear in N: R² = {}",
+            fit.determination
+        ))
+    }
+}
+
+/// N of `hypothesis-update:N`.
+fn size(kernel: &str) -> Option<f64> {
+    kernel.strip_prefix("hypothesis-update:")?.parse().ok()
+}
+
+/// Builds `count` into a target folder of its own: other flags than the rest of the work.
+fn build(cpu: &str) -> Result<PathBuf, String> {
+    let target = root().join("target").join("count").join(cpu);
+    let mut build = cargo(&["build", "--release", "-p", "terra-bench", "--bin", "count"]);
+    build.env("CARGO_TARGET_DIR", &target);
+    build.env("RUSTFLAGS", format!("-C target-cpu={cpu}"));
+    run_command(&mut build)?;
+    Ok(target.join("release").join("count"))
+}
+
+/// What a count depends on besides the code.
+fn versions() -> String {
+    let of = |program: &str| output(&mut command(program, &["--version"])).unwrap_or_default();
+    let cpuinfo = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let model = cpuinfo.lines().find(|l| l.starts_with("model name"));
+    let processor = model
+        .and_then(|l| l.split(':').nth(1))
+        .unwrap_or("unknown processor");
+    format!(
+        "{}, {}, {}",
+        of("rustc").trim(),
+        of("valgrind").trim(),
+        processor.trim()
+    )
+}
+
+/// Instructions per operation of a kernel.
+fn count(binary: &Path, kernel: &Kernel) -> Result<f64, String> {
+    let (short, short_operations) = callgrind(binary, kernel.name, kernel.short)?;
+    let (long, long_operations) = callgrind(binary, kernel.name, kernel.long)?;
+    Ok((long - short) / (long_operations - short_operations))
+}
+
+/// Instructions and operations of one run.
+fn callgrind(binary: &Path, kernel: &str, repetitions: usize) -> Result<(f64, f64), String> {
+    let out = binary.with_file_name(format!("callgrind.{}", std::process::id()));
+    let mut valgrind = command(
+        "valgrind",
+        &[
+            "--tool=callgrind",
+            &format!("--callgrind-out-file={}", out.display()),
+        ],
+    );
+    valgrind
+        .arg(binary)
+        .args([kernel, &repetitions.to_string()]);
+    let printed = output(&mut valgrind).map_err(|e| match e.contains("nrecognised instruction") {
+        true => format!("{e}\nthis valgrind does not know an instruction of the target CPU: take a newer one, or --cpu {}", CPUS[0]),
+        false => e,
+    })?;
+    let report = fs::read_to_string(&out).map_err(|e| format!("{}: {e}", out.display()))?;
+    // Left in the target folder where it cannot be removed; nothing depends on it.
+    let _ = fs::remove_file(&out);
+    let operations = printed
+        .trim()
+        .parse()
+        .map_err(|_| format!("{kernel} printed `{printed}`"))?;
+    let total = total(&report).ok_or_else(|| format!("callgrind gave no total for {kernel}"))?;
+    Ok((total, operations))
+}
+
+/// The line `totals: N` of a callgrind file.
+fn total(report: &str) -> Option<f64> {
+    report
+        .lines()
+        .find_map(|l| l.strip_prefix("totals:"))?
+        .trim()
+        .parse()
+        .ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_total_of_a_callgrind_file_is_read() {
+        let report = "version: 1\nevents: Ir\n\nfn=(1) main\n5 100\n\ntotals: 123456\n";
+        assert_eq!(total(report), Some(123_456.0));
+        assert_eq!(total("events: Ir\n"), None);
+    }
+
+    #[test]
+    fn every_size_of_the_line_is_a_kernel() {
+        let sizes: Vec<f64> = KERNELS.iter().filter_map(|k| size(k.name)).collect();
+        assert_eq!(sizes, [21.0, 1e3, 1e4, 1e5]);
+        assert!(KERNELS.iter().all(|k| k.short < k.long));
+    }
+}
