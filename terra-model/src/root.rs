@@ -8,6 +8,9 @@ pub(crate) const MIN_ENTRY_ANGLE: f64 = 1e-9;
 /// Largest: the wheel is buried to its axle \[rad\].
 pub(crate) const MAX_ENTRY_ANGLE: f64 = std::f64::consts::FRAC_PI_2;
 const MAX_STEPS: usize = 200;
+/// Newton's steps alone may creep inside the bracket where a braked wheel's load has a bend; after this many, every other
+/// step halves it, which bounds the count.
+const PATIENCE: usize = 12;
 /// Relative change of the entry angle at which the iteration stops. One implicit step follows, which squares the
 /// remaining error, so this is below rounding in the end.
 const TOLERANCE: f64 = 1e-8;
@@ -89,7 +92,11 @@ pub(crate) fn entry_angle<P: Root>(
         let safe_w = zero.select_lt(w, w, one);
         let safe_slope = zero.select_lt(slope, slope, one);
         let newton = x - (safe_w / load).ln() * safe_w / safe_slope;
-        let inside = newton.select_lt(low, middle, high.select_lt(newton, beyond, newton));
+        let inside = if step > PATIENCE && step % 2 == 1 {
+            middle
+        } else {
+            newton.select_lt(low, middle, high.select_lt(newton, beyond, newton))
+        };
         let next = zero.select_lt(w, zero.select_lt(slope, inside, middle), middle);
         let change = (next - x).abs();
         let open = P::from(TOLERANCE).select_lt(change, high - low, zero);
