@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use nalgebra::DMatrix;
 use rayon::prelude::*;
 use terra_model::AnyEffect;
 
@@ -9,7 +10,7 @@ use crate::dataset::{DataSet, Predictor};
 use crate::fit::{Fit, evaluate};
 use crate::hypothesis::Hypothesis;
 use crate::noise::Whitener;
-use crate::screen::{Score, Tangent};
+use crate::screen::Tangent;
 use crate::settings::LogKind;
 use crate::setup::{Screened, Setup};
 use crate::weigh::{Amplitudes, Weighed, weigh};
@@ -29,58 +30,66 @@ const SECOND_CAUSE_PLAIN: f64 = 7.5;
 
 pub(crate) type Asked = Vec<Arc<dyn AnyEffect>>;
 
-/// Screens every candidate at the null fit; effects without a trace are set aside with that reason.
+/// Screens every candidate at a fit; effects without a trace are set aside with that reason.
+///
+/// All candidates stand in one law at magnitude zero, where each leaves the others alone, so one exact Jacobian holds every
+/// signature.
 pub(crate) fn screen_all<P: Predictor>(
     data: &DataSet,
     predictor: &P,
-    null: &Hypothesis,
+    base: &Hypothesis,
     fit: &Fit,
     effects: &[Arc<dyn AnyEffect>],
     whitener: &Whitener,
     not_asked: &mut Vec<(String, String)>,
 ) -> (Vec<Screened>, Asked) {
-    let Ok(base) = evaluate(data, predictor, null, fit.x.as_slice()) else {
-        return (vec![], vec![]);
-    };
-    let at_null = Fit {
-        residual: whitener.apply_vector(&base.residual),
-        jacobian: whitener.apply(&base.jacobian),
-        ..fit.clone()
-    };
-    let tangent = Tangent::of(&at_null);
-    let scores: Vec<Result<Score, String>> = effects
-        .par_iter()
-        .map(|effect| {
-            let h = null.with(Arc::clone(effect)).map_err(|e| e.to_string())?;
-            let mut x = fit.x.as_slice().to_vec();
-            x.resize(h.len(), 0.0);
-            let s = evaluate(data, predictor, &h, &x).map_err(|e| e.to_string())?;
-            let column = whitener.apply_vector(&s.jacobian.column(null.len()).into_owned());
-            if !column.iter().all(|v| v.is_finite()) {
-                return Err("its signature is not finite on this data".to_owned());
-            }
-            if column.norm_squared() < 1e-8 {
-                return Err("leaves no trace in these channels".to_owned());
-            }
-            let one_sided = effect.params().first().is_some_and(|p| p.min == 0.0);
-            Ok(tangent.score(column, one_sided))
-        })
-        .collect();
-    let mut screen = vec![];
-    let mut asked = vec![];
-    for (effect, score) in effects.iter().zip(scores) {
-        match score {
-            Ok(score) => {
-                screen.push(Screened {
-                    name: effect.name().to_owned(),
-                    form: effect.form().to_owned(),
-                    score,
-                });
+    let mut together = base.clone();
+    let mut asked: Asked = vec![];
+    for effect in effects {
+        match together.with(Arc::clone(effect)) {
+            Ok(more) => {
+                together = more;
                 asked.push(Arc::clone(effect));
             }
-            Err(reason) => not_asked.push((effect.name().to_owned(), reason)),
+            Err(e) => not_asked.push((effect.name().to_owned(), e.to_string())),
         }
     }
+    let mut x = fit.x.as_slice().to_vec();
+    x.resize(together.len(), 0.0);
+    let Ok(s) = evaluate(data, predictor, &together, &x) else {
+        return (vec![], vec![]);
+    };
+    let (residual, jacobian) = (
+        whitener.apply_vector(&s.residual),
+        whitener.apply(&s.jacobian),
+    );
+    let at_base = Fit {
+        residual,
+        jacobian: jacobian.columns(0, base.len()).into_owned(),
+        ..fit.clone()
+    };
+    let tangent = Tangent::of(&at_base);
+    let mut at = base.len();
+    let mut screen = vec![];
+    asked.retain(|effect| {
+        let column = jacobian.column(at).into_owned();
+        at += effect.params().len();
+        let reason = if !column.iter().all(|v| v.is_finite()) {
+            "its signature is not finite on this data"
+        } else if column.norm_squared() < 1e-8 {
+            "leaves no trace in these channels"
+        } else {
+            let one_sided = effect.params().first().is_some_and(|p| p.one_sided());
+            screen.push(Screened {
+                name: effect.name().to_owned(),
+                form: effect.form().to_owned(),
+                score: tangent.score(column, one_sided),
+            });
+            return true;
+        };
+        not_asked.push((effect.name().to_owned(), reason.to_owned()));
+        false
+    });
     (screen, asked)
 }
 
@@ -141,7 +150,9 @@ pub(crate) fn confirm_singles<P: Predictor>(
                         LogKind::Rig => vec![near, off, other],
                         LogKind::Drive => vec![near],
                     };
-                    weigh(data, predictor, &h, levels, &starts).ok()
+                    let guess = (setup.kind == LogKind::Drive)
+                        .then(|| screen[k].score.beside(&null_weighed.plain.jacobian));
+                    weigh(data, predictor, &h, levels, &starts, guess).ok()
                 })
                 .collect();
             (!weighed.is_empty()).then_some((k, weighed))
@@ -177,7 +188,8 @@ pub(crate) fn confirm_pairs<P: Predictor>(
         }
     }
     seeds = chosen;
-    let jobs: Vec<(usize, usize, Vec<f64>)> = seeds
+    type Job = (usize, usize, Vec<f64>, DMatrix<f64>);
+    let jobs: Vec<Job> = seeds
         .iter()
         .flat_map(|(first, weighed)| {
             let partners: Asked = asked
@@ -210,27 +222,28 @@ pub(crate) fn confirm_pairs<P: Predictor>(
                         .position(|e| e.name() == kept[k].name() && e.form() == kept[k].form())?;
                     let mut start = weighed.plain.x.as_slice().to_vec();
                     start.push(screen[k].score.magnitude.clamp(-3.0, 3.0));
-                    Some((*first, second, start))
+                    let guess = screen[k].score.beside(&weighed.plain.jacobian);
+                    Some((*first, second, start, guess))
                 })
                 .collect::<Vec<_>>()
         })
         .collect();
     let mut seen: Vec<(usize, usize)> = vec![];
     let mut unique = vec![];
-    for (a, b, start) in jobs {
+    for (a, b, start, guess) in jobs {
         let key = (a.min(b), a.max(b));
         if !seen.contains(&key) {
             seen.push(key);
-            unique.push((a, b, start));
+            unique.push((a, b, start, guess));
         }
     }
     unique
-        .par_iter()
-        .filter_map(|(a, b, start)| {
+        .into_par_iter()
+        .filter_map(|(a, b, start, guess)| {
             let h = null
-                .with(Arc::clone(&asked[*a]))
+                .with(Arc::clone(&asked[a]))
                 .ok()?
-                .with(Arc::clone(&asked[*b]))
+                .with(Arc::clone(&asked[b]))
                 .ok()?;
             let mut off = start.clone();
             if let Some(last) = off.last_mut() {
@@ -240,12 +253,13 @@ pub(crate) fn confirm_pairs<P: Predictor>(
                 LogKind::Rig => vec![start.clone(), off],
                 LogKind::Drive => vec![start.clone()],
             };
-            let pair = weigh(data, predictor, &h, levels, &starts).ok()?;
+            let guess = (kind == LogKind::Drive).then_some(guess);
+            let pair = weigh(data, predictor, &h, levels, &starts, guess).ok()?;
             // A second cause must earn its place against the better of the two alone.
             let alone = |evidence: fn(&Weighed) -> f64| {
                 singles
                     .iter()
-                    .filter(|(k, _)| k == a || k == b)
+                    .filter(|(k, _)| *k == a || *k == b)
                     .filter_map(|(_, w)| w.first())
                     .map(evidence)
                     .fold(f64::NEG_INFINITY, f64::max)

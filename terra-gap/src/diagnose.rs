@@ -170,7 +170,11 @@ pub(crate) fn diagnose<P: Predictor>(
         predictor,
         &null,
         &levels,
-        &[fitted.x.as_slice().to_vec(), centre.clone()],
+        &match setup.kind {
+            LogKind::Rig => vec![fitted.x.as_slice().to_vec(), centre.clone()],
+            LogKind::Drive => vec![fitted.x.as_slice().to_vec()],
+        },
+        None,
     )?;
 
     let mut not_asked = candidates.not_asked.clone();
@@ -200,7 +204,7 @@ pub(crate) fn diagnose<P: Predictor>(
         .filter_map(|(law, soil)| {
             let h = Hypothesis::null(law.clone(), Arc::clone(soil));
             let starts = starts_of(&h, setup.kind);
-            weigh(&data, predictor, &h, &levels, &starts).ok()
+            weigh(&data, predictor, &h, &levels, &starts, None).ok()
         })
         .collect();
     let pairs = if settings.combine >= 2 {

@@ -14,7 +14,7 @@ use crate::noise::Whitener;
 
 const MAX_STEPS: usize = 80;
 /// Predicted decrease of |r|² + |x|² below which a fit has converged: far below the one unit that matters.
-const CERTIFICATE: f64 = 1e-6;
+const CERTIFICATE: f64 = 1e-4;
 
 /// A fitted hypothesis.
 #[derive(Clone, Debug)]
@@ -112,6 +112,24 @@ pub(crate) fn fit<P: Predictor>(
     whitener: &Whitener,
     start: &[f64],
 ) -> Result<Fit, GapError> {
+    fit_near(data, predictor, hypothesis, whitener, start, None)
+}
+
+/// [`fit`] with a guess of the whitened Jacobian at the start.
+///
+/// An exact Jacobian costs several times what a residual does, so between exact ones it is carried along by Broyden's
+/// update; only an exact one can certify the end.
+///
+/// # Errors
+/// As [`fit`].
+pub(crate) fn fit_near<P: Predictor>(
+    data: &DataSet,
+    predictor: &P,
+    hypothesis: &Hypothesis,
+    whitener: &Whitener,
+    start: &[f64],
+    guess: Option<DMatrix<f64>>,
+) -> Result<Fit, GapError> {
     let (low, high) = hypothesis.bounds();
     let d = start.len();
     let bounded = |x: DVector<f64>| DVector::from_fn(d, |k, _| x[k].clamp(low[k], high[k]));
@@ -122,10 +140,19 @@ pub(crate) fn fit<P: Predictor>(
             whitener.apply(&s.jacobian),
         ))
     };
+    let whitened = |x: &DVector<f64>| -> Result<DVector<f64>, GapError> {
+        let raw = residual(data, predictor, hypothesis, x.as_slice())?;
+        Ok(whitener.apply_vector(&raw))
+    };
     let cost_of = |r: &DVector<f64>, x: &DVector<f64>| r.norm_squared() + x.norm_squared();
 
     let mut x = bounded(DVector::from_column_slice(start));
-    let (mut r, mut j) = whiten(&x)?;
+    let guess = guess.filter(|g| g.shape() == (data.len(), d));
+    let mut exact = guess.is_none();
+    let (mut r, mut j) = match guess {
+        Some(j) => (whitened(&x)?, j),
+        None => whiten(&x)?,
+    };
     let mut cost = cost_of(&r, &x);
     let mut damping = 1e-3;
     let mut converged = false;
@@ -141,44 +168,63 @@ pub(crate) fn fit<P: Predictor>(
         let g = DVector::from_iterator(free.len(), free.iter().map(|&k| gradient[k]));
         let jf = j.select_columns(&free);
         let h = jf.tr_mul(&jf) + DMatrix::identity(free.len(), free.len());
-        let Some(newton) = h.clone().cholesky().map(|c| c.solve(&g)) else {
-            break;
-        };
-        if newton.dot(&g) < CERTIFICATE {
-            converged = true;
-            break;
-        }
-        let mut improved = false;
-        for _ in 0..30 {
-            let damped = &h + DMatrix::from_diagonal(&(h.diagonal() * damping));
-            let Some(step) = damped.cholesky().map(|c| c.solve(&g)) else {
-                break;
-            };
-            let mut trial = x.clone();
-            for (i, &k) in free.iter().enumerate() {
-                trial[k] += step[i];
+        let newton = h.clone().cholesky().map(|c| c.solve(&g));
+        let left = newton.as_ref().map(|newton| newton.dot(&g));
+        let mut step = None;
+        if left.is_some_and(|left| left >= CERTIFICATE) {
+            // A carried Jacobian that finds no step is renewed rather than damped away.
+            for _ in 0..if exact { 30 } else { 4 } {
+                let damped = &h + DMatrix::from_diagonal(&(h.diagonal() * damping));
+                let Some(direction) = damped.cholesky().map(|c| c.solve(&g)) else {
+                    break;
+                };
+                let mut trial = x.clone();
+                for (i, &k) in free.iter().enumerate() {
+                    trial[k] += direction[i];
+                }
+                let trial = bounded(trial);
+                let better = whitened(&trial).ok().filter(|r| {
+                    let c = cost_of(r, &trial);
+                    c.is_finite() && c < cost
+                });
+                if let Some(r) = better {
+                    damping = (damping * 0.2).max(1e-12);
+                    step = Some((trial, r));
+                    break;
+                }
+                damping = (damping * 5.0).min(1e12);
             }
-            let trial = bounded(trial);
-            let raw = residual(data, predictor, hypothesis, trial.as_slice());
-            let better = raw.ok().map(|raw| whitener.apply_vector(&raw)).filter(|r| {
-                let c = cost_of(r, &trial);
-                c.is_finite() && c < cost
-            });
-            if better.is_some() {
-                x = trial;
-                damping = (damping * 0.2).max(1e-12);
-                improved = true;
+        }
+        match step {
+            Some((next, next_r)) => {
+                let moved = &next - &x;
+                let gained = cost - cost_of(&next_r, &next);
+                let slow = gained < 0.25 * left.unwrap_or(0.0);
+                let surprise = (&r - &next_r) - &j * &moved;
+                (x, r) = (next, next_r);
+                cost = cost_of(&r, &x);
+                if slow && !exact {
+                    (r, j) = whiten(&x)?;
+                    exact = true;
+                } else {
+                    j += surprise * moved.transpose() / moved.norm_squared();
+                    exact = false;
+                }
+            }
+            None if exact => {
+                // Certified, at rounding, or in a corner of the model's domain.
+                converged = left.is_some_and(|left| left < 1e-3);
                 break;
             }
-            damping = (damping * 5.0).min(1e12);
+            None => {
+                (r, j) = whiten(&x)?;
+                exact = true;
+                damping = 1e-3;
+            }
         }
-        if !improved {
-            // No step helps: at rounding, or in a corner of the model's domain.
-            converged = newton.dot(&g) < 1e-3;
-            break;
-        }
+    }
+    if !exact {
         (r, j) = whiten(&x)?;
-        cost = cost_of(&r, &x);
     }
     let at_bound = (0..d).map(|k| x[k] <= low[k] || x[k] >= high[k]).collect();
     Ok(Fit {
@@ -192,7 +238,7 @@ pub(crate) fn fit<P: Predictor>(
     })
 }
 
-/// The best of several starts: the given ones that can be evaluated.
+/// The best of several starts: the given ones that can be evaluated. `guess` is a whitened Jacobian at the first.
 ///
 /// # Errors
 /// The last error when none can.
@@ -202,11 +248,12 @@ pub(crate) fn fit_from<P: Predictor>(
     hypothesis: &Hypothesis,
     whitener: &Whitener,
     starts: &[Vec<f64>],
+    mut guess: Option<DMatrix<f64>>,
 ) -> Result<Fit, GapError> {
     let mut best: Option<Fit> = None;
     let mut error = None;
     for start in starts {
-        match fit(data, predictor, hypothesis, whitener, start) {
+        match fit_near(data, predictor, hypothesis, whitener, start, guess.take()) {
             Ok(f) => {
                 if best.as_ref().is_none_or(|b| f.cost < b.cost) {
                     best = Some(f);

@@ -179,7 +179,8 @@ mod tests {
         let inverse = cb.clone().try_inverse().unwrap();
         let d = &a.mean - &b.mean;
         let expected = 0.5
-            * ((&inverse * &ca).trace() - 3.0 + d.dot(&(&inverse * &d))
+            * ((&inverse * &ca).trace() - 3.0
+                + d.dot(&(&inverse * &d))
                 + (cb.determinant() / ca.determinant()).ln());
         assert!((divergence(&a, &b).unwrap() - expected).abs() < 1e-12);
     }

@@ -59,7 +59,7 @@ fn settle<P: Predictor>(
         .apply_vector(&residual(data, predictor, null, &centre)?)
         .norm_squared();
     let starts = starts_of(null, setup.kind);
-    let mut fitted = fit_from(data, predictor, null, &noise.whitener(data)?, &starts)?;
+    let mut fitted = fit_from(data, predictor, null, &noise.whitener(data)?, &starts, None)?;
     for _ in 0..2 {
         let x = fitted.x.as_slice().to_vec();
         noise = NoiseModel::propagate(data, predictor, null, &x)?;
@@ -67,7 +67,7 @@ fn settle<P: Predictor>(
             let r = residual(data, predictor, null, &x)?;
             roughness::add(&mut noise, data, setup.rover, &r);
         }
-        fitted = fit_from(data, predictor, null, &noise.whitener(data)?, &[x])?;
+        fitted = fit_from(data, predictor, null, &noise.whitener(data)?, &[x], None)?;
     }
     Ok((fitted, noise, given))
 }

@@ -83,6 +83,14 @@ impl Tangent {
 }
 
 impl Score {
+    /// A fit's Jacobian with this signature as one more column.
+    pub(crate) fn beside(&self, jacobian: &DMatrix<f64>) -> DMatrix<f64> {
+        let d = jacobian.ncols();
+        let mut out = jacobian.clone().insert_column(d, 0.0);
+        out.set_column(d, &self.column);
+        out
+    }
+
     /// Cosine of two signatures after the soil is re-fitted.
     pub fn cosine(&self, other: &Score) -> f64 {
         let norm = (self.information * other.information).sqrt();

@@ -3,6 +3,8 @@
 //! On a rig every wheel law is wrong by some percent of the load, so a discrepancy of bounded amplitude stands inside
 //! every hypothesis, none included: amplitudes .003 .01 .03 .1 of the channel's scale with weights .4 .3 .2 .1.
 
+use nalgebra::DMatrix;
+
 use crate::dataset::{DataSet, Predictor};
 use crate::error::GapError;
 use crate::evidence::{Posterior, log_sum_exp, posterior};
@@ -78,7 +80,7 @@ impl Weighed {
     }
 }
 
-/// Fits and weighs a rival from the given starts.
+/// Fits and weighs a rival from the given starts; `guess` is a Jacobian at the first, whitened by the noise alone.
 ///
 /// # Errors
 /// When the rival has no answer at any start.
@@ -88,12 +90,14 @@ pub(crate) fn weigh<P: Predictor>(
     hypothesis: &Hypothesis,
     amplitudes: &Amplitudes,
     starts: &[Vec<f64>],
+    guess: Option<DMatrix<f64>>,
 ) -> Result<Weighed, GapError> {
     let mut best: Option<(f64, f64, Fit, Posterior)> = None;
     let mut terms = vec![];
     let mut starts = starts.to_vec();
+    let mut guess = guess;
     for (a, ln_weight, whitener) in &amplitudes.levels {
-        let fitted = fit_from(data, predictor, hypothesis, whitener, &starts)?;
+        let fitted = fit_from(data, predictor, hypothesis, whitener, &starts, guess.take())?;
         let post = posterior(hypothesis, &fitted);
         let term = ln_weight + post.log_evidence;
         terms.push(term);
@@ -111,7 +115,14 @@ pub(crate) fn weigh<P: Predictor>(
         let mut starts = starts;
         starts.truncate(2);
         starts.push(fit.x.as_slice().to_vec());
-        fit_from(data, predictor, hypothesis, &amplitudes.plain, &starts)?
+        fit_from(
+            data,
+            predictor,
+            hypothesis,
+            &amplitudes.plain,
+            &starts,
+            None,
+        )?
     };
     let plain_log_evidence = crate::evidence::posterior(hypothesis, &plain).log_evidence;
     Ok(Weighed {

@@ -11,9 +11,16 @@ use super::{
 };
 use crate::dataset::{ChannelInfo, DataSet, Factors, Observation};
 use crate::error::GapError;
+use crate::rig::median;
 
 /// Share of a window's samples that a channel must have.
 const PRESENT: f64 = 0.6;
+
+/// How many times more than in the median window a channel may scatter around its line. A step inside a window has a mean
+/// motion but not the mean forces of it.
+const BENDS: f64 = 4.0;
+/// Channels whose scatter is looked at: four torques, a_x, v, r, four ω.
+const SERIES: usize = 11;
 
 /// Mean, slope and their 1-sigma of one channel over a window.
 struct Line {
@@ -21,6 +28,8 @@ struct Line {
     slope: f64,
     mean_sd: f64,
     slope_sd: f64,
+    /// Mean square around the line, in units of the sensor's variance.
+    scatter: f64,
 }
 
 fn line(time: &[f64], series: &Series, rows: std::ops::Range<usize>, sd: f64) -> Option<Line> {
@@ -38,11 +47,15 @@ fn line(time: &[f64], series: &Series, rows: std::ops::Range<usize>, sd: f64) ->
     );
     let stt: f64 = points.iter().map(|p| (p.0 - t).powi(2)).sum();
     let sty: f64 = points.iter().map(|p| (p.0 - t) * (p.1 - y)).sum();
+    let slope = sty / stt;
+    let around = |p: &(f64, f64)| (p.1 - y - slope * (p.0 - t)).powi(2);
+    let square = points.iter().map(around).sum::<f64>() / (n - 2.0).max(1.0);
     Some(Line {
         mean: y,
-        slope: sty / stt,
+        slope,
         mean_sd: sd / n.sqrt(),
         slope_sd: sd / stt.sqrt(),
+        scatter: if sd > 0.0 { square / (sd * sd) } else { 0.0 },
     })
 }
 
@@ -121,6 +134,8 @@ pub(crate) fn from_log(
     let mut dropped: BTreeMap<String, usize> = BTreeMap::new();
     let mut windows = vec![];
     let mut observations = vec![];
+    // Scatter around the line of every channel, window by window.
+    let mut scatters: Vec<[f64; SERIES]> = vec![];
     let mut path = 0.0;
     for segment in &log.segments {
         let mut start = segment.rows.start;
@@ -166,9 +181,11 @@ pub(crate) fn from_log(
             let mut raw = [0.0; RAW];
             let mut sd = [0.0; RAW];
             let mut measured = vec![];
+            let mut scatter = [0.0; SERIES];
             for (q, series) in torque.iter().enumerate() {
                 if let Some(l) = line(&log.time, series, rows.clone(), torque_sd) {
                     (raw[TORQUE + q], sd[TORQUE + q]) = (l.mean, l.mean_sd);
+                    scatter[q] = l.scatter;
                     measured.push(TORQUE + q);
                 }
             }
@@ -178,19 +195,23 @@ pub(crate) fn from_log(
                 .and_then(|a| line(&log.time, a, rows.clone(), accel_sd))
             {
                 (raw[ACCEL], sd[ACCEL]) = (l.mean, l.mean_sd);
+                scatter[4] = l.scatter;
                 measured.push(ACCEL);
             }
             (raw[SPEED_RATE], sd[SPEED_RATE]) = (v.slope, v.slope_sd);
             measured.push(SPEED_RATE);
             (raw[SPEED], sd[SPEED]) = (v.mean, v.mean_sd);
+            scatter[5] = v.scatter;
             // Without a yaw rate the vehicle is taken to drive straight; its yaw equation is then not used.
             if let Some(r) = yaw {
                 (raw[YAW_ACCELERATION], sd[YAW_ACCELERATION]) = (r.slope, r.slope_sd);
                 (raw[YAW_RATE], sd[YAW_RATE]) = (r.mean, r.mean_sd);
+                scatter[6] = r.scatter;
                 measured.push(YAW_ACCELERATION);
             }
             for (q, w) in wheels.iter().enumerate() {
                 (raw[WHEEL + q], sd[WHEEL + q]) = (w.mean, w.mean_sd);
+                scatter[7 + q] = w.scatter;
                 (raw[WHEEL_RATE + q], sd[WHEEL_RATE + q]) = (w.slope, w.slope_sd);
             }
             let middle = rows.start + rows.len() / 2;
@@ -233,7 +254,16 @@ pub(crate) fn from_log(
                 ]),
             });
             windows.push(window);
+            scatters.push(scatter);
         }
+    }
+    let usual: [f64; SERIES] =
+        std::array::from_fn(|k| median(scatters.iter().map(|s| s[k])).max(f64::MIN_POSITIVE));
+    let bent = |s: &[f64; SERIES]| s.iter().zip(&usual).any(|(s, usual)| *s > BENDS * usual);
+    observations.retain(|o: &Observation| !scatters.get(o.index).is_some_and(bent));
+    if observations.len() < windows.len() {
+        let reason = "a step or an outlier inside the window";
+        dropped.insert(reason.to_owned(), windows.len() - observations.len());
     }
     Ok((
         DataSet {
