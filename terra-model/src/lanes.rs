@@ -1,66 +1,73 @@
-//! Eight numbers side by side, and the same with one derivative: the SIMD scalars.
+//! Numbers side by side, and the same with one derivative: the SIMD scalars.
+
+mod vector;
 
 use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 
-use wide::f64x8;
+use wide::{f32x16, f64x8};
 
 use crate::real::{Real, Root};
+pub use vector::Vector;
 
 /// Eight contacts side by side: the SIMD scalar.
 #[derive(Clone, Copy, Debug)]
 pub struct Lanes(pub f64x8);
 
-/// Eight contacts with one derivative each.
+/// Sixteen contacts side by side in single precision.
 #[derive(Clone, Copy, Debug)]
-pub struct LaneTangent {
-    value: Lanes,
-    slope: Lanes,
+pub struct Lanes32(pub f32x16);
+
+/// Numbers side by side with one derivative each.
+#[derive(Clone, Copy, Debug)]
+pub struct LaneTangent<V> {
+    value: V,
+    slope: V,
 }
 
 /// Writes the mixed operators of a scalar from its two-sided ones.
 macro_rules! mixed_operators {
-    ($t:ty) => {
-        impl Add<f64> for $t {
+    ($t:ty $(, $v:ident)?) => {
+        impl $(<$v: Root>)? Add<f64> for $t {
             type Output = Self;
             #[inline]
             fn add(self, b: f64) -> Self {
                 self + Self::from(b)
             }
         }
-        impl Sub<f64> for $t {
+        impl $(<$v: Root>)? Sub<f64> for $t {
             type Output = Self;
             #[inline]
             fn sub(self, b: f64) -> Self {
                 self - Self::from(b)
             }
         }
-        impl Mul<f64> for $t {
+        impl $(<$v: Root>)? Mul<f64> for $t {
             type Output = Self;
             #[inline]
             fn mul(self, b: f64) -> Self {
                 self * Self::from(b)
             }
         }
-        impl Div<f64> for $t {
+        impl $(<$v: Root>)? Div<f64> for $t {
             type Output = Self;
             #[inline]
             fn div(self, b: f64) -> Self {
                 self / Self::from(b)
             }
         }
-        impl AddAssign for $t {
+        impl $(<$v: Root>)? AddAssign for $t {
             #[inline]
             fn add_assign(&mut self, b: Self) {
                 *self = *self + b;
             }
         }
-        impl SubAssign for $t {
+        impl $(<$v: Root>)? SubAssign for $t {
             #[inline]
             fn sub_assign(&mut self, b: Self) {
                 *self = *self - b;
             }
         }
-        impl MulAssign for $t {
+        impl $(<$v: Root>)? MulAssign for $t {
             #[inline]
             fn mul_assign(&mut self, b: Self) {
                 *self = *self * b;
@@ -69,144 +76,173 @@ macro_rules! mixed_operators {
     };
 }
 mixed_operators!(Lanes);
-mixed_operators!(LaneTangent);
+mixed_operators!(Lanes32);
+mixed_operators!(LaneTangent<V>, V);
 
-impl From<f64> for Lanes {
+/// Writes a scalar of lanes from its packed type and the type of one lane.
+macro_rules! lanes {
+    ($t:ident, $packed:ty, $one:ty) => {
+        impl From<f64> for $t {
+            #[inline]
+            fn from(x: f64) -> Self {
+                $t(<$packed>::splat(x as $one))
+            }
+        }
+        impl Add for $t {
+            type Output = Self;
+            #[inline]
+            fn add(self, b: Self) -> Self {
+                $t(self.0 + b.0)
+            }
+        }
+        impl Sub for $t {
+            type Output = Self;
+            #[inline]
+            fn sub(self, b: Self) -> Self {
+                $t(self.0 - b.0)
+            }
+        }
+        impl Mul for $t {
+            type Output = Self;
+            #[inline]
+            fn mul(self, b: Self) -> Self {
+                $t(self.0 * b.0)
+            }
+        }
+        impl Div for $t {
+            type Output = Self;
+            #[inline]
+            fn div(self, b: Self) -> Self {
+                $t(self.0 / b.0)
+            }
+        }
+        impl Neg for $t {
+            type Output = Self;
+            #[inline]
+            fn neg(self) -> Self {
+                $t(-self.0)
+            }
+        }
+
+        impl Real for $t {
+            type Primal = $t;
+
+            #[inline]
+            fn primal(self) -> $t {
+                self
+            }
+            #[inline]
+            fn from_primal(value: $t) -> Self {
+                value
+            }
+            #[inline]
+            fn select_lt(self, b: Self, yes: Self, no: Self) -> Self {
+                $t(self.0.simd_lt(b.0).bitselect(yes.0, no.0))
+            }
+            #[inline]
+            fn exp(self) -> Self {
+                $t(self.0.exp())
+            }
+            #[inline]
+            fn exp_m1(self) -> Self {
+                $t(self.0.exp_m1())
+            }
+            #[inline]
+            fn ln(self) -> Self {
+                $t(self.0.ln())
+            }
+            #[inline]
+            fn sqrt(self) -> Self {
+                $t(self.0.sqrt())
+            }
+            #[inline]
+            fn sin_cos(self) -> (Self, Self) {
+                let (s, c) = self.0.sin_cos();
+                ($t(s), $t(c))
+            }
+            #[inline]
+            fn tanh(self) -> Self {
+                $t(self.0.tanh())
+            }
+            #[inline]
+            fn atan(self) -> Self {
+                $t(self.0.atan())
+            }
+            #[inline]
+            fn abs(self) -> Self {
+                $t(self.0.abs())
+            }
+        }
+
+        impl Root for $t {
+            type Tangent = LaneTangent<$t>;
+            type Nodes = $t;
+
+            #[inline]
+            fn seed(self) -> LaneTangent<$t> {
+                LaneTangent {
+                    value: self,
+                    slope: $t::from(1.0),
+                }
+            }
+            #[inline]
+            fn parts(x: LaneTangent<$t>) -> ($t, $t) {
+                (x.value, x.slope)
+            }
+            #[inline]
+            fn any_lt(self, b: $t) -> bool {
+                self.0.simd_lt(b.0).any()
+            }
+            #[inline]
+            fn is_finite(self) -> bool {
+                self.0.to_array().iter().all(|x| x.is_finite())
+            }
+            fn min_lane(self) -> f64 {
+                self.0
+                    .to_array()
+                    .iter()
+                    .copied()
+                    .fold(<$one>::INFINITY, <$one>::min)
+                    .into()
+            }
+            fn max_lane(self) -> f64 {
+                self.0
+                    .to_array()
+                    .iter()
+                    .copied()
+                    .fold(<$one>::NEG_INFINITY, <$one>::max)
+                    .into()
+            }
+
+            const NODES_AT_ONCE: usize = 1;
+            #[inline]
+            fn spread(self) -> $t {
+                self
+            }
+            #[inline]
+            fn total(sum: $t) -> $t {
+                sum
+            }
+            #[inline]
+            fn table(values: &[f64]) -> $t {
+                $t::from(values.first().copied().unwrap_or(0.0))
+            }
+        }
+    };
+}
+lanes!(Lanes, f64x8, f64);
+lanes!(Lanes32, f32x16, f32);
+
+impl<V: Root> From<f64> for LaneTangent<V> {
     #[inline]
     fn from(x: f64) -> Self {
-        Lanes(f64x8::splat(x))
-    }
-}
-impl Add for Lanes {
-    type Output = Self;
-    #[inline]
-    fn add(self, b: Self) -> Self {
-        Lanes(self.0 + b.0)
-    }
-}
-impl Sub for Lanes {
-    type Output = Self;
-    #[inline]
-    fn sub(self, b: Self) -> Self {
-        Lanes(self.0 - b.0)
-    }
-}
-impl Mul for Lanes {
-    type Output = Self;
-    #[inline]
-    fn mul(self, b: Self) -> Self {
-        Lanes(self.0 * b.0)
-    }
-}
-impl Div for Lanes {
-    type Output = Self;
-    #[inline]
-    fn div(self, b: Self) -> Self {
-        Lanes(self.0 / b.0)
-    }
-}
-impl Neg for Lanes {
-    type Output = Self;
-    #[inline]
-    fn neg(self) -> Self {
-        Lanes(-self.0)
-    }
-}
-
-impl Real for Lanes {
-    type Primal = Lanes;
-
-    #[inline]
-    fn primal(self) -> Lanes {
-        self
-    }
-    #[inline]
-    fn from_primal(value: Lanes) -> Self {
-        value
-    }
-    #[inline]
-    fn select_lt(self, b: Self, yes: Self, no: Self) -> Self {
-        Lanes(self.0.simd_lt(b.0).bitselect(yes.0, no.0))
-    }
-    #[inline]
-    fn exp(self) -> Self {
-        Lanes(self.0.exp())
-    }
-    #[inline]
-    fn exp_m1(self) -> Self {
-        Lanes(self.0.exp_m1())
-    }
-    #[inline]
-    fn ln(self) -> Self {
-        Lanes(self.0.ln())
-    }
-    #[inline]
-    fn sqrt(self) -> Self {
-        Lanes(self.0.sqrt())
-    }
-    #[inline]
-    fn sin_cos(self) -> (Self, Self) {
-        let (s, c) = self.0.sin_cos();
-        (Lanes(s), Lanes(c))
-    }
-    #[inline]
-    fn tanh(self) -> Self {
-        Lanes(self.0.tanh())
-    }
-    #[inline]
-    fn atan(self) -> Self {
-        Lanes(self.0.atan())
-    }
-}
-
-impl Root for Lanes {
-    type Tangent = LaneTangent;
-
-    #[inline]
-    fn seed(self) -> LaneTangent {
         LaneTangent {
-            value: self,
-            slope: Lanes::from(1.0),
-        }
-    }
-    #[inline]
-    fn parts(x: LaneTangent) -> (Lanes, Lanes) {
-        (x.value, x.slope)
-    }
-    #[inline]
-    fn any_lt(self, b: Lanes) -> bool {
-        self.0.simd_lt(b.0).any()
-    }
-    #[inline]
-    fn is_finite(self) -> bool {
-        self.0.to_array().iter().all(|x| x.is_finite())
-    }
-    fn min_lane(self) -> f64 {
-        self.0
-            .to_array()
-            .iter()
-            .copied()
-            .fold(f64::INFINITY, f64::min)
-    }
-    fn max_lane(self) -> f64 {
-        self.0
-            .to_array()
-            .iter()
-            .copied()
-            .fold(f64::NEG_INFINITY, f64::max)
-    }
-}
-
-impl From<f64> for LaneTangent {
-    #[inline]
-    fn from(x: f64) -> Self {
-        LaneTangent {
-            value: Lanes::from(x),
-            slope: Lanes::from(0.0),
+            value: V::from(x),
+            slope: V::from(0.0),
         }
     }
 }
-impl Add for LaneTangent {
+impl<V: Root> Add for LaneTangent<V> {
     type Output = Self;
     #[inline]
     fn add(self, b: Self) -> Self {
@@ -216,7 +252,7 @@ impl Add for LaneTangent {
         }
     }
 }
-impl Sub for LaneTangent {
+impl<V: Root> Sub for LaneTangent<V> {
     type Output = Self;
     #[inline]
     fn sub(self, b: Self) -> Self {
@@ -226,7 +262,7 @@ impl Sub for LaneTangent {
         }
     }
 }
-impl Mul for LaneTangent {
+impl<V: Root> Mul for LaneTangent<V> {
     type Output = Self;
     #[inline]
     fn mul(self, b: Self) -> Self {
@@ -236,7 +272,7 @@ impl Mul for LaneTangent {
         }
     }
 }
-impl Div for LaneTangent {
+impl<V: Root> Div for LaneTangent<V> {
     type Output = Self;
     #[inline]
     fn div(self, b: Self) -> Self {
@@ -247,7 +283,7 @@ impl Div for LaneTangent {
         }
     }
 }
-impl Neg for LaneTangent {
+impl<V: Root> Neg for LaneTangent<V> {
     type Output = Self;
     #[inline]
     fn neg(self) -> Self {
@@ -258,9 +294,9 @@ impl Neg for LaneTangent {
     }
 }
 
-impl LaneTangent {
+impl<V: Root> LaneTangent<V> {
     #[inline]
-    fn chain(self, value: Lanes, derivative: Lanes) -> Self {
+    fn chain(self, value: V, derivative: V) -> Self {
         LaneTangent {
             value,
             slope: self.slope * derivative,
@@ -268,18 +304,18 @@ impl LaneTangent {
     }
 }
 
-impl Real for LaneTangent {
-    type Primal = Lanes;
+impl<V: Root> Real for LaneTangent<V> {
+    type Primal = V;
 
     #[inline]
-    fn primal(self) -> Lanes {
+    fn primal(self) -> V {
         self.value
     }
     #[inline]
-    fn from_primal(value: Lanes) -> Self {
+    fn from_primal(value: V) -> Self {
         LaneTangent {
             value,
-            slope: Lanes::from(0.0),
+            slope: V::from(0.0),
         }
     }
     #[inline]
@@ -301,12 +337,12 @@ impl Real for LaneTangent {
     }
     #[inline]
     fn ln(self) -> Self {
-        self.chain(self.value.ln(), Lanes::from(1.0) / self.value)
+        self.chain(self.value.ln(), V::from(1.0) / self.value)
     }
     #[inline]
     fn sqrt(self) -> Self {
         let r = self.value.sqrt();
-        self.chain(r, Lanes::from(0.5) / r)
+        self.chain(r, V::from(0.5) / r)
     }
     #[inline]
     fn sin_cos(self) -> (Self, Self) {
@@ -316,13 +352,13 @@ impl Real for LaneTangent {
     #[inline]
     fn tanh(self) -> Self {
         let t = self.value.tanh();
-        self.chain(t, Lanes::from(1.0) - t * t)
+        self.chain(t, V::from(1.0) - t * t)
     }
     #[inline]
     fn atan(self) -> Self {
         self.chain(
             self.value.atan(),
-            Lanes::from(1.0) / (self.value * self.value + 1.0),
+            V::from(1.0) / (self.value * self.value + 1.0),
         )
     }
 }

@@ -63,7 +63,7 @@ pub use dual::{Dual8, jacobian};
 pub use effect::{AnyEffect, Channel, Effect, EffectAt, Scope, Touch};
 pub use error::ModelError;
 pub use forces::{Angles, Contributions, Flags, StressPoint, StressProfile, WheelForces};
-pub use lanes::Lanes;
+pub use lanes::{Lanes, Lanes32, Vector};
 pub use law::{ForceLaw, Law, Scalar};
 pub use model::{AnyModel, ModelAt, Soil, TerrainModel};
 pub use names::nearest;

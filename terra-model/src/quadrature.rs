@@ -10,69 +10,130 @@ use std::sync::OnceLock;
 
 use gauss_quad::GaussLegendre;
 
+use crate::lanes::Vector;
 use crate::real::{Real, Root, is_plain};
 
-/// Nodes a piece. Against the reference wheel 12 give 1e-11 or better on every row.
-pub(crate) const NODES: usize = 12;
+/// The orders there are: nodes a piece of a branch.
+pub(crate) const ORDERS: [usize; 6] = [3, 5, 8, 12, 16, 24];
+const MOST: usize = 24;
 
 /// Nodes and weights on \[0, 1\], and the table that turns moments of u^n into weights.
 pub(crate) struct Rule {
-    pub(crate) nodes: [f64; NODES],
-    pub(crate) weights: [f64; NODES],
-    /// `basis[q][k]` = w_q (2k+1) P*_k(u_q).
-    basis: [[f64; NODES]; NODES],
+    pub(crate) nodes: [f64; MOST],
+    /// 1/u.
+    pub(crate) inverse: [f64; MOST],
+    pub(crate) weights: [f64; MOST],
+    /// `basis[k][q]` = w_q (2k+1) P*_k(u_q).
+    pub(crate) basis: [[f64; MOST]; MOST],
 }
 
-/// The rule, made once.
-pub(crate) fn rule() -> &'static Rule {
-    static RULE: OnceLock<Rule> = OnceLock::new();
-    RULE.get_or_init(|| {
-        let degree = NonZeroUsize::new(NODES).unwrap_or(NonZeroUsize::MIN);
-        let gauss = GaussLegendre::new(degree);
+impl Rule {
+    fn new(order: usize) -> Rule {
+        let gauss = GaussLegendre::new(NonZeroUsize::new(order).unwrap_or(NonZeroUsize::MIN));
         let mut rule = Rule {
-            nodes: [0.0; NODES],
-            weights: [0.0; NODES],
-            basis: [[0.0; NODES]; NODES],
+            nodes: [0.0; MOST],
+            inverse: [0.0; MOST],
+            weights: [0.0; MOST],
+            basis: [[0.0; MOST]; MOST],
         };
         for (q, (x, w)) in gauss.as_node_weight_pairs().iter().enumerate() {
-            rule.nodes[q] = 0.5 * (1.0 + x);
+            let node = 0.5 * (1.0 + x);
+            rule.nodes[q] = node;
+            rule.inverse[q] = 1.0 / node;
             rule.weights[q] = 0.5 * w;
             let (mut before, mut current) = (0.0, 1.0);
-            for k in 0..NODES {
-                rule.basis[q][k] = rule.weights[q] * (2 * k + 1) as f64 * current;
+            for k in 0..order {
+                rule.basis[k][q] = rule.weights[q] * (2 * k + 1) as f64 * current;
                 let kf = k as f64;
                 let next = ((2.0 * kf + 1.0) * x * current - kf * before) / (kf + 1.0);
                 (before, current) = (current, next);
             }
         }
         rule
+    }
+}
+
+/// The rule of an order in [`ORDERS`], made once.
+#[inline]
+pub(crate) fn rule<const ORDER: usize>() -> &'static Rule {
+    static RULES: [OnceLock<Rule>; ORDERS.len()] = [const { OnceLock::new() }; ORDERS.len()];
+    const { assert!(position(ORDER) < ORDERS.len(), "no such order") };
+    RULES[position(ORDER)].get_or_init(|| Rule::new(ORDER))
+}
+
+const fn position(order: usize) -> usize {
+    let mut at = 0;
+    while at < ORDERS.len() && ORDERS[at] != order {
+        at += 1;
+    }
+    at
+}
+
+/// The moments M_k of u^n and their slopes in n.
+fn moments<P: Root, const ORDER: usize>(n: P, slopes: bool) -> [(P, P); ORDER] {
+    let mut moments = [(P::zero(), P::zero()); ORDER];
+    let mut moment = P::one() / (n + 1.0);
+    let mut slope = -(moment * moment);
+    for (k, m) in moments.iter_mut().enumerate() {
+        *m = (moment, slope);
+        let (above, below) = (n - k as f64, n + (k as f64 + 2.0));
+        let ratio = above / below;
+        if slopes {
+            // d(above/below)/dn = (below - above)/below² = (2k + 2)/below²
+            let ratio_slope = (P::one() - ratio) / below;
+            slope = slope * ratio + moment * ratio_slope;
+        }
+        moment = moment * ratio;
+    }
+    moments
+}
+
+/// Weights for u^n at the nodes, as many at once as there are nodes side by side: the first `ORDER/NODES_AT_ONCE` count.
+#[inline]
+pub(crate) fn power_weights<P: Root, const ORDER: usize>(n: P) -> [P::Nodes; ORDER] {
+    let rule = rule::<ORDER>();
+    let moments = moments::<P, ORDER>(n, false);
+    std::array::from_fn(|chunk| {
+        let q = chunk * P::NODES_AT_ONCE;
+        let mut sum = P::Nodes::zero();
+        if q < ORDER {
+            for ((m, _), basis) in moments.iter().zip(&rule.basis) {
+                sum = P::table(&basis[q..]).mul_add(m.spread(), sum);
+            }
+        }
+        sum
     })
 }
 
-/// Weights for u^n, in any scalar: computed once in the primal with the slope in n, then carried along linearly,
-/// which is exact for first derivatives.
-pub(crate) fn power_weights<T: Real>(n: T) -> [T; NODES] {
-    let rule = rule();
-    let seed = n.primal().seed();
-    type Tangent<T> = <<T as Real>::Primal as Root>::Tangent;
-    let mut moments = [Tangent::<T>::zero(); NODES];
-    let mut moment = Tangent::<T>::one() / (seed + 1.0);
-    for (k, m) in moments.iter_mut().enumerate() {
-        *m = moment;
-        let kf = k as f64;
-        moment = moment * (seed - kf) / (seed + (kf + 2.0));
-    }
-    let dn = n - T::from_primal(n.primal());
-    let mut weights = [T::zero(); NODES];
-    for (weight, basis) in weights.iter_mut().zip(&rule.basis) {
-        let mut sum = Tangent::<T>::zero();
-        for (m, b) in moments.iter().zip(basis) {
-            sum += *m * *b;
+/// The slopes in n of [`power_weights`].
+pub(crate) fn power_weight_slopes<P: Root, const ORDER: usize>(n: P) -> [P::Nodes; ORDER] {
+    let rule = rule::<ORDER>();
+    let moments = moments::<P, ORDER>(n, true);
+    std::array::from_fn(|chunk| {
+        let q = chunk * P::NODES_AT_ONCE;
+        let mut sum = P::Nodes::zero();
+        if q < ORDER {
+            for ((_, slope), basis) in moments.iter().zip(&rule.basis) {
+                sum = P::table(&basis[q..]).mul_add(slope.spread(), sum);
+            }
         }
-        let (value, slope) = T::Primal::parts(sum);
-        *weight = T::from_primal(value) + T::from_primal(slope) * dn;
-    }
-    weights
+        sum
+    })
+}
+
+/// Weights for u^n one by one, in any scalar: value and slope in the primal, which is exact for first derivatives.
+pub(crate) fn lifted_power_weights<T: Real, const ORDER: usize>(n: T) -> [T; ORDER] {
+    let rule = rule::<ORDER>();
+    let moments = moments::<T::Primal, ORDER>(n.primal(), true);
+    let dn = n - T::from_primal(n.primal());
+    std::array::from_fn(|q| {
+        let (mut value, mut slope) = (T::Primal::zero(), T::Primal::zero());
+        for ((m, dm), basis) in moments.iter().zip(&rule.basis) {
+            value += *m * basis[q];
+            slope += *dm * basis[q];
+        }
+        T::from_primal(value) + T::from_primal(slope) * dn
+    })
 }
 
 /// 1/((2k+2)(2k+3)), k from 10 down to 1: t - sin t; the first left out is below 1e-19 at π/2.
@@ -139,19 +200,36 @@ mod tests {
     use approx::assert_relative_eq;
 
     /// ∫ u^n u^m du = 1/(n+m+1) on [0, 1], exactly, for every polynomial degree below the number of nodes.
-    #[test]
-    fn weights_integrate_powers_times_polynomials() {
+    fn check<const ORDER: usize>() {
         for n in [0.11, 0.5, 1.1, 1.6] {
-            let w = power_weights(n);
-            for m in 0..NODES {
-                let sum: f64 = w
-                    .iter()
-                    .zip(&rule().nodes)
-                    .map(|(w, u)| w * u.powi(m as i32))
+            let w: [f64; ORDER] = lifted_power_weights(n);
+            let chunks = power_weights::<f64, ORDER>(n);
+            let slopes = power_weight_slopes::<f64, ORDER>(n);
+            for m in 0..ORDER {
+                let power = |q: usize| rule::<ORDER>().nodes[q].powi(m as i32);
+                let exact = 1.0 / (n + m as f64 + 1.0);
+                let sum: f64 = (0..ORDER).map(|q| w[q] * power(q)).sum();
+                assert_relative_eq!(sum, exact, epsilon = 1e-13);
+                let sum: f64 = (0..ORDER)
+                    .map(|q| chunks[q / 8].lane(q % 8) * power(q))
                     .sum();
-                assert_relative_eq!(sum, 1.0 / (n + m as f64 + 1.0), epsilon = 1e-13);
+                assert_relative_eq!(sum, exact, epsilon = 1e-13);
+                let sum: f64 = (0..ORDER)
+                    .map(|q| slopes[q / 8].lane(q % 8) * power(q))
+                    .sum();
+                assert_relative_eq!(sum, -exact * exact, epsilon = 1e-12);
             }
         }
+    }
+
+    #[test]
+    fn weights_integrate_powers_times_polynomials() {
+        check::<3>();
+        check::<5>();
+        check::<8>();
+        check::<12>();
+        check::<16>();
+        check::<24>();
     }
 
     #[test]

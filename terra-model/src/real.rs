@@ -5,6 +5,9 @@ use std::fmt::Debug;
 use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 
 use num_dual::{Dual64, DualNum, DualStruct};
+use wide::f64x8;
+
+use crate::lanes::{Lanes, Vector};
 
 /// A scalar that models and effects compute with: `f64`, a dual number (exact derivatives) or [`Lanes`](crate::Lanes) (SIMD).
 ///
@@ -99,6 +102,11 @@ pub(crate) fn is_plain<T: Real>() -> bool {
 pub trait Root: Real<Primal = Self> {
     /// The same number with one derivative.
     type Tangent: Real<Primal = Self>;
+    /// The type in which the nodes of an integral are summed: a number puts nodes side by side, lanes are side by side
+    /// already.
+    type Nodes: Vector;
+    /// How many nodes that type holds.
+    const NODES_AT_ONCE: usize;
 
     /// A variable: derivative 1.
     fn seed(self) -> Self::Tangent;
@@ -112,6 +120,12 @@ pub trait Root: Real<Primal = Self> {
     fn min_lane(self) -> f64;
     /// Largest lane.
     fn max_lane(self) -> f64;
+    /// The same for every node.
+    fn spread(self) -> Self::Nodes;
+    /// The sum over nodes.
+    fn total(sum: Self::Nodes) -> Self;
+    /// The first `NODES_AT_ONCE` values of a table over nodes.
+    fn table(values: &[f64]) -> Self::Nodes;
 }
 
 impl<T> Real for T
@@ -188,5 +202,23 @@ impl Root for f64 {
     #[inline]
     fn max_lane(self) -> f64 {
         self
+    }
+
+    type Nodes = Lanes;
+    const NODES_AT_ONCE: usize = 8;
+    #[inline]
+    fn spread(self) -> Lanes {
+        Lanes::from(self)
+    }
+    #[inline]
+    fn total(sum: Lanes) -> f64 {
+        sum.0.reduce_add()
+    }
+    #[inline]
+    fn table(values: &[f64]) -> Lanes {
+        match values.first_chunk::<8>() {
+            Some(&eight) => Lanes(f64x8::new(eight)),
+            None => Lanes::gather(values.iter().copied()),
+        }
     }
 }

@@ -34,86 +34,126 @@ pub(crate) fn entry_angle<P: Root>(
     slip: P,
     supported_load: impl Fn(P::Tangent) -> P::Tangent,
 ) -> Result<P, ModelError> {
-    let at = |ln_angle: P| P::parts(supported_load(ln_angle.seed().exp()));
-    let (zero, one) = (P::zero(), P::one());
-    let not_converged = |iterations| ModelError::NotConverged {
-        iterations,
-        load: load.max_lane(),
-        slip: slip.max_lane(),
+    let search = Search {
+        load,
+        slip,
+        tolerance: TOLERANCE,
+        feasible: false,
     };
+    search.root(guess.ln(), |angle| {
+        // One in the logarithm is the angle itself.
+        let seeded = P::Tangent::from_primal(angle) * (P::zero().seed() + 1.0);
+        P::parts(supported_load(seeded))
+    })
+}
 
-    let bottom = P::from(MIN_ENTRY_ANGLE.ln());
-    let top = P::from(MAX_ENTRY_ANGLE.ln());
-    let (mut low, mut high) = (bottom, top);
-    if slip.any_lt(zero) {
-        let (mut most, _) = at(high);
-        if !most.is_finite() {
-            return Err(not_converged(0));
-        }
-        if most.any_lt(load) {
-            // A nearly locked wheel can be carried best before it is buried: the shear stress lifts it less and less.
-            let peak =
-                best_angle(|angle| P::parts(supported_load(P::Tangent::from_primal(angle))).0);
-            let (carried, _) = at(peak.ln());
-            high = most.select_lt(carried, peak.ln(), high);
-            most = most.max_of(carried);
-        }
-        if most.any_lt(load) {
-            return Err(ModelError::NoEquilibrium {
-                load: load.max_lane(),
-                max_load: most.min_lane(),
-            });
-        }
-    }
+/// What [`entry_angle`] does, for a load given with its slope in ln θ1.
+pub(crate) struct Search<P> {
+    pub(crate) load: P,
+    pub(crate) slip: P,
+    /// Relative change of the entry angle at which the iteration stops.
+    pub(crate) tolerance: f64,
+    /// The start is known to lie near a root, so that a braked wheel is not tried at 90° first.
+    pub(crate) feasible: bool,
+}
 
-    let mut x = guess.ln();
-    x = x.select_lt(low, low, x);
-    x = high.select_lt(x, high, x);
-    for step in 0..MAX_STEPS {
-        let (w, slope) = at(x);
-        if !w.is_finite() {
-            return Err(not_converged(step));
-        }
-        // Short of the load at 90°: no angle carries it.
-        let buried = x.select_lt(top, zero, w.select_lt(load, one, zero));
-        if zero.any_lt(buried) {
-            let carried = zero.select_lt(buried, w, P::from(f64::INFINITY));
-            return Err(ModelError::NoEquilibrium {
-                load: load.max_lane(),
-                max_load: carried.min_lane(),
-            });
-        }
-        low = w.select_lt(load, x, low);
-        high = w.select_lt(load, high, x);
-        let middle = (low + high) * 0.5;
-        // A step past 90° asks there, where the answer may be that no angle carries the load.
-        let beyond = high.select_lt(top, middle, top);
-        // ln(W/load) / (d ln W / d ln θ1); where W or its slope is not positive the bracket decides.
-        let safe_w = zero.select_lt(w, w, one);
-        let safe_slope = zero.select_lt(slope, slope, one);
-        let newton = x - (safe_w / load).ln() * safe_w / safe_slope;
-        let inside = if step > PATIENCE && step % 2 == 1 {
-            middle
-        } else {
-            newton.select_lt(low, middle, high.select_lt(newton, beyond, newton))
+impl<P: Root> Search<P> {
+    /// ln θ1 from its guess.
+    ///
+    /// # Errors
+    /// As [`entry_angle`].
+    #[inline]
+    pub(crate) fn root(
+        &self,
+        guess: P,
+        supported_load: impl Fn(P) -> (P, P),
+    ) -> Result<P, ModelError> {
+        let &Search {
+            load,
+            slip,
+            tolerance,
+            feasible,
+        } = self;
+        let at = |ln_angle: P| supported_load(ln_angle.exp());
+        let (zero, one) = (P::zero(), P::one());
+        let not_converged = |iterations| ModelError::NotConverged {
+            iterations,
+            load: load.max_lane(),
+            slip: slip.max_lane(),
         };
-        let next = zero.select_lt(w, zero.select_lt(slope, inside, middle), middle);
-        let change = (next - x).abs();
-        let open = P::from(TOLERANCE).select_lt(change, high - low, zero);
-        if !P::from(TOLERANCE).any_lt(open) {
-            if x.any_lt(bottom + 1e-6) {
-                let expected = "a load that sinks the wheel: an entry angle above 1e-9 rad";
-                return Err(ModelError::Contact {
-                    quantity: "normal_load",
-                    value: load.min_lane(),
-                    expected,
+
+        let bottom = P::from(MIN_ENTRY_ANGLE.ln());
+        let top = P::from(MAX_ENTRY_ANGLE.ln());
+        let (mut low, mut high) = (bottom, top);
+        if !feasible && slip.any_lt(zero) {
+            let (mut most, _) = at(high);
+            if !most.is_finite() {
+                return Err(not_converged(0));
+            }
+            if most.any_lt(load) {
+                // A nearly locked wheel can be carried best before it is buried: the shear stress lifts it less and less.
+                let peak = best_angle(|angle| supported_load(angle).0);
+                let (carried, _) = at(peak.ln());
+                high = most.select_lt(carried, peak.ln(), high);
+                most = most.max_of(carried);
+            }
+            if most.any_lt(load) {
+                return Err(ModelError::NoEquilibrium {
+                    load: load.max_lane(),
+                    max_load: most.min_lane(),
                 });
             }
-            return Ok(x);
         }
-        x = next;
+
+        let mut x = guess;
+        x = x.select_lt(low, low, x);
+        x = high.select_lt(x, high, x);
+        for step in 0..MAX_STEPS {
+            let (w, slope) = at(x);
+            if !w.is_finite() {
+                return Err(not_converged(step));
+            }
+            // Short of the load at 90°: no angle carries it.
+            let buried = x.select_lt(top, zero, w.select_lt(load, one, zero));
+            if zero.any_lt(buried) {
+                let carried = zero.select_lt(buried, w, P::from(f64::INFINITY));
+                return Err(ModelError::NoEquilibrium {
+                    load: load.max_lane(),
+                    max_load: carried.min_lane(),
+                });
+            }
+            low = w.select_lt(load, x, low);
+            high = w.select_lt(load, high, x);
+            let middle = (low + high) * 0.5;
+            // A step past 90° asks there, where the answer may be that no angle carries the load.
+            let beyond = high.select_lt(top, middle, top);
+            // ln(W/load) / (d ln W / d ln θ1); where W or its slope is not positive the bracket decides.
+            let safe_w = zero.select_lt(w, w, one);
+            let safe_slope = zero.select_lt(slope, slope, one);
+            let newton = x - (safe_w / load).ln() * safe_w / safe_slope;
+            let inside = if step > PATIENCE && step % 2 == 1 {
+                middle
+            } else {
+                newton.select_lt(low, middle, high.select_lt(newton, beyond, newton))
+            };
+            let next = zero.select_lt(w, zero.select_lt(slope, inside, middle), middle);
+            let change = (next - x).abs();
+            let open = P::from(tolerance).select_lt(change, high - low, zero);
+            if !P::from(tolerance).any_lt(open) {
+                if x.any_lt(bottom + 1e-6) {
+                    let expected = "a load that sinks the wheel: an entry angle above 1e-9 rad";
+                    return Err(ModelError::Contact {
+                        quantity: "normal_load",
+                        value: load.min_lane(),
+                        expected,
+                    });
+                }
+                return Ok(x);
+            }
+            x = next;
+        }
+        Err(not_converged(MAX_STEPS))
     }
-    Err(not_converged(MAX_STEPS))
 }
 
 /// The angle that carries most: a scan, then a golden section search around the best.

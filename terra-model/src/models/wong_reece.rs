@@ -17,10 +17,12 @@
 //! J. Y. Wong and A. R. Reece, "Prediction of rigid wheel performance based on the analysis of soil-wheel stresses",
 //! J. Terramechanics 4 (1967) 1:81-98 and 2:7-25; L. E. Ray, SPIE 2008, eqs 13-20. Braking is an extension.
 
+mod general;
+mod gradient;
+mod kernel;
 mod pieces;
+mod solve;
 mod wheel;
-
-use std::cell::Cell;
 
 use crate::contact::{Contact, Hook};
 use crate::error::ModelError;
@@ -28,9 +30,13 @@ use crate::forces::{Angles, Flags, StressProfile, WheelForces};
 use crate::model::{Soil, TerrainModel};
 use crate::models::bekker::{self, Ground};
 use crate::param::Param;
-use crate::real::{Real, Root, is_plain};
-use crate::root::{MAX_ENTRY_ANGLE, entry_angle};
+use crate::real::{Real, Root};
+use crate::root::MAX_ENTRY_ANGLE;
 use wheel::{Integrals, Wheel};
+
+/// Nodes a piece in the first steps of the iteration, and in the last.
+const COARSE: usize = 8;
+const FINE: usize = 16;
 
 /// The Wong-Reece rigid wheel.
 #[derive(Clone, Copy, Debug, Default)]
@@ -57,44 +63,19 @@ impl WongReece {
                 expected: "an angle in (0, π/2] rad",
             });
         }
-        Ok(Self::wheel(p, at)?.load(entry_angle))
+        let wheel = Self::wheel(p, at)?;
+        Ok(solve::load::<f64, FINE>(&wheel, entry_angle))
     }
 
     fn wheel<T: Real>(p: &[T], at: &Contact<T>) -> Result<Wheel<T>, ModelError> {
         Ok(Wheel::new(Ground::read(Self::NAME, p, at)?, at))
     }
 
-    /// The entry angle and the integrals there, with their derivatives.
-    ///
-    /// The angle is iterated in the primal; one implicit step restores its derivatives, and carries the integrals along
-    /// with it by their slope: to first order in a step that is zero but for its derivatives and the last rounding.
     fn solve<T: Real>(wheel: &Wheel<T>, at: &Contact<T>) -> Result<(T, Integrals<T>), ModelError> {
-        let primal = wheel.map(T::primal);
-        let load = at.normal_load.primal();
-        let guess = primal
-            .ground
-            .compaction_guess(load, primal.radius, primal.width);
-        type Tangent<T> = <<T as Real>::Primal as Root>::Tangent;
-        let tangent: Wheel<Tangent<T>> = primal.map(Tangent::<T>::from_primal);
-        let last = Cell::new(None);
-        let ln_root = entry_angle(load, guess, at.slip.primal(), |angle| {
-            let integrals = tangent.integrals(angle);
-            last.set(Some(integrals));
-            integrals.load * tangent.radius * tangent.width
-        })?;
-        let root = T::from_primal(ln_root.exp());
-        // The iteration ends with an evaluation at its root.
-        let last = last
-            .take()
-            .unwrap_or_else(|| tangent.integrals(ln_root.seed().exp()));
-        let slopes = last.map(|x| T::from_primal(T::Primal::parts(x).1));
-        let there = if is_plain::<T>() {
-            last.map(|x| T::from_primal(T::Primal::parts(x).0))
-        } else {
-            wheel.integrals(root)
-        };
-        let step = (at.normal_load / (wheel.radius * wheel.width) - there.load) / slopes.load;
-        Ok((root + root * step, there.moved(&slopes, step)))
+        if wheel.lateral.is_some() {
+            return solve::rare(wheel, at);
+        }
+        solve::balance::<T, COARSE, FINE>(wheel, at, None)
     }
 }
 

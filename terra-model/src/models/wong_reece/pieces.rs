@@ -8,7 +8,7 @@
 //! Where a piece ends carries no derivative, because the integrand is continuous there: all of this is in the primal.
 
 use super::wheel::Wheel;
-use crate::quadrature::{NODES, rule};
+use crate::quadrature::rule;
 use crate::real::{Real, Root};
 
 /// Where the pieces of a branch end, and how steep the shear displacement (over K) is along it at most.
@@ -85,13 +85,20 @@ impl<P: Root> Wheel<P> {
         let turn = (-i / (P::from(2.0) - i)).sqrt().atan() * 2.0;
         let (upper, lower) = (turn.min_of(entry), (-turn).max_of(exit));
         let search = |mut negative: P, mut positive: P| {
-            for _ in 0..40 {
+            // Newton inside the bracket; where the slope vanishes with j, halving is exact enough: E is flat there.
+            let mut angle = (negative + positive) * 0.5;
+            for _ in 0..10 {
+                let j = self.displacement(entry, angle);
+                negative = j.select_lt(zero, angle, negative);
+                positive = j.select_lt(zero, positive, angle);
                 let middle = (negative + positive) * 0.5;
-                let j = self.displacement(entry, middle);
-                negative = j.select_lt(zero, middle, negative);
-                positive = j.select_lt(zero, positive, middle);
+                let (sin_half, _) = (angle * 0.5).sin_cos();
+                let slope = -(i + (P::one() - i) * sin_half.squared() * 2.0);
+                let newton = angle - j / slope;
+                let (low, high) = (negative.min_of(positive), negative.max_of(positive));
+                angle = newton.select_lt(high, low.select_lt(newton, newton, middle), middle);
             }
-            (negative + positive) * 0.5
+            angle
         };
         let lowest = self.displacement(entry, lower);
         let ahead = lowest.select_lt(zero, search(lower, upper), entry);
@@ -121,11 +128,32 @@ impl<P: Root> Wheel<P> {
 }
 
 impl<P: Root> Pieces<P> {
-    /// Nodes and weights on [low, high], low > 0, in pieces short enough for u^n and for the layers of E.
-    pub(super) fn each_node(&self, low: P, high: P, mut visit: impl FnMut(P, P)) {
+    /// The pieces of both branches at once: each ends where either of them does.
+    pub(super) fn united(branches: [Pieces<P>; 2]) -> ([P; 6], Pieces<P>) {
+        let [front, rear] = branches;
+        let ([a, b, c], [d, e, f]) = (front.ends, rear.ends);
+        let mut ends = [a, b, c, d, e, f];
+        for last in (1..ends.len()).rev() {
+            for k in 0..last {
+                let (low, high) = (ends[k].min_of(ends[k + 1]), ends[k].max_of(ends[k + 1]));
+                (ends[k], ends[k + 1]) = (low, high);
+            }
+        }
+        let both = Pieces {
+            ends: front.ends,
+            steepness: front.steepness.max_of(rear.steepness),
+            dense: front.dense || rear.dense,
+        };
+        (ends, both)
+    }
+
+    /// Starts and lengths of the pieces of [low, high], low > 0, short enough for u^n and for the layers of E.
+    pub(super) fn each_part(&self, low: P, high: P, mut visit: impl FnMut(P, P)) {
         if !low.any_lt(high) {
             return;
         }
+        // In another lane there may be nothing left.
+        let high = high.max_of(low);
         let ratio = high / low;
         let growing = ratio.max_lane().ln() / 4.0_f64.ln();
         let dense = if self.dense {
@@ -134,19 +162,32 @@ impl<P: Root> Pieces<P> {
             0.0
         };
         let count = growing.max(dense).ceil().clamp(1.0, 64.0) as usize;
+        if count == 1 {
+            visit(low, high - low);
+            return;
+        }
         let factor = (ratio.ln() / count as f64).exp();
-        let rule = rule();
         let mut start = low;
         for k in 1..=count {
             let end = if k == count { high } else { start * factor };
-            for q in 0..NODES {
-                visit(
-                    start + (end - start) * rule.nodes[q],
-                    (end - start) * rule.weights[q],
-                );
-            }
+            visit(start, end - start);
             start = end;
         }
+    }
+
+    /// Nodes and weights on the pieces of [low, high].
+    pub(super) fn each_node<const ORDER: usize>(
+        &self,
+        low: P,
+        high: P,
+        mut visit: impl FnMut(P, P),
+    ) {
+        let rule = rule::<ORDER>();
+        self.each_part(low, high, |start, length| {
+            for q in 0..ORDER {
+                visit(start + length * rule.nodes[q], length * rule.weights[q]);
+            }
+        });
     }
 }
 

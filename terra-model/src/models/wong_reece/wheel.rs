@@ -1,13 +1,12 @@
-//! The stress integrals of the Wong-Reece wheel for a given entry angle.
+//! The geometry and the stresses of the Wong-Reece wheel.
 //!
 //! Each branch of the contact runs from its outer end (u = 0: entry in front, exit behind) to the angle of maximum
-//! stress (u = 1). The normal stress grows like u^n from the outer end, so the first piece of a branch is integrated
-//! with weights for u^n. Most branches are one piece; see [`super::pieces`] for the others.
+//! stress (u = 1). The integrals themselves are in [`super::kernel`], and in [`super::general`] for what is rare.
 
 use crate::contact::{Contact, Hooks};
 use crate::forces::StressPoint;
 use crate::models::bekker::Ground;
-use crate::quadrature::{NODES, power_weights, rule, sinc, t_minus_sin};
+use crate::quadrature::{sinc, t_minus_sin};
 use crate::real::{Real, Root, is_plain};
 
 /// Everything but the entry angle, ready for integration.
@@ -20,12 +19,11 @@ pub(super) struct Wheel<T> {
     pub(super) shear_radius: T,
     pub(super) width: T,
     pub(super) exit_ratio: T,
-    hump: T,
+    pub(super) hump: T,
     /// Depth and extra stiffness of a layer below the surface.
-    layer: Option<(T, T)>,
+    pub(super) layer: Option<(T, T)>,
     /// tan β of the sideways slip.
     pub(super) lateral: Option<T>,
-    weights: [T; NODES],
     pub(super) braking: bool,
 }
 
@@ -63,25 +61,14 @@ impl<T: Real> Integrals<T> {
     }
 }
 
-/// One branch of the contact.
-#[derive(Clone, Copy)]
-struct Branch<T> {
-    /// Angle at u = 0.
-    start: T,
-    /// Angle at u = 1 less that at u = 0.
-    step: T,
-    /// Its magnitude.
-    length: T,
-}
-
 impl<T: Real> Wheel<T> {
     pub(super) fn new(ground: Ground<T>, at: &Contact<T>) -> Self {
         let hooks: &Hooks<T> = &at.hooks;
         let radius = at.radius * hooks.contact_radius;
         // A layer at depth zero is no layer; one of no extra stiffness still carries a derivative.
-        let has_layer = T::Primal::zero().any_lt(hooks.layer_depth.primal());
+        let zero = T::Primal::zero();
+        let has_layer = zero.any_lt(hooks.layer_depth.primal());
         Wheel {
-            weights: power_weights(ground.exponent),
             ground,
             radius,
             shear_radius: radius + hooks.lug_height,
@@ -92,8 +79,8 @@ impl<T: Real> Wheel<T> {
             // No sideways slip and no derivative in it: the plain wheel, bit for bit.
             lateral: hooks
                 .lateral_slip
-                .filter(|tan| !is_plain::<T>() || T::Primal::zero().any_lt(tan.abs().primal())),
-            braking: ground.slip.primal().any_lt(T::Primal::zero()),
+                .filter(|tan| !is_plain::<T>() || zero.any_lt(tan.abs().primal())),
+            braking: ground.slip.primal().any_lt(zero),
         }
     }
 
@@ -109,14 +96,8 @@ impl<T: Real> Wheel<T> {
                 .layer
                 .map(|(depth, stiffness)| (f(depth), f(stiffness))),
             lateral: self.lateral.map(f),
-            weights: self.weights.map(f),
             braking: self.braking,
         }
-    }
-
-    /// The load that the soil carries at this entry angle \[N\].
-    pub(super) fn load(&self, entry: T) -> T {
-        self.integrals(entry).load * self.radius * self.width
     }
 
     pub(super) fn apex(&self, entry: T) -> T {
@@ -134,7 +115,7 @@ impl<T: Real> Wheel<T> {
     }
 
     /// E along the wheel and across it.
-    fn mobilised(&self, entry: T, angle: T) -> (T, T) {
+    pub(super) fn mobilised(&self, entry: T, angle: T) -> (T, T) {
         let per_modulus = self.shear_radius / self.ground.shear_modulus;
         let y = per_modulus * self.displacement(entry, angle);
         match self.lateral {
@@ -166,134 +147,6 @@ impl<T: Real> Wheel<T> {
             * sinc(entry * half)
             * d
             * entry.squared()
-    }
-
-    fn branches(&self, entry: T) -> [Branch<T>; 2] {
-        let (exit, apex) = (self.exit(entry), self.apex(entry));
-        let (front, rear) = (entry - apex, apex - exit);
-        [
-            Branch {
-                start: entry,
-                step: -front,
-                length: front,
-            },
-            Branch {
-                start: exit,
-                step: rear,
-                length: rear,
-            },
-        ]
-    }
-
-    pub(super) fn integrals(&self, entry: T) -> Integrals<T> {
-        let zero = T::zero();
-        let mut sum = Integrals {
-            load: zero,
-            thrust: zero,
-            compaction: zero,
-            shear: zero,
-            lateral: zero,
-        };
-        let branches = self.branches(entry);
-        let pieces = self.map(T::primal).pieces(entry.primal());
-        let one = T::Primal::one();
-        let whole = pieces.iter().all(|p| !p.ends[0].any_lt(one));
-
-        // One piece a branch: both branches have the same normal stress at equal u.
-        let n = self.ground.exponent;
-        let scale = self.ground.stiffness * self.radius.pow_pos(n);
-        let half_d = (T::one() - self.ground.apex_ratio) * 0.5;
-        let rule = rule();
-        if whole {
-            for q in 0..NODES {
-                let u = rule.nodes[q];
-                let sigma = scale * self.depth_base(entry, half_d * u).pow_pos(n) * self.weights[q];
-                for branch in &branches {
-                    let angle = branch.start + branch.step * u;
-                    self.add(
-                        &mut sum,
-                        entry,
-                        angle,
-                        sigma * branch.length,
-                        branch.length * rule.weights[q],
-                    );
-                }
-            }
-        } else {
-            for (branch, pieces) in branches.iter().zip(&pieces) {
-                let first = T::from_primal(pieces.ends[0]);
-                let first_scale = scale * first.pow_pos(n) * first * branch.length;
-                for q in 0..NODES {
-                    let u = first * rule.nodes[q];
-                    let sigma = self.depth_base(entry, half_d * u).pow_pos(n) * self.weights[q];
-                    let angle = branch.start + branch.step * u;
-                    self.add(
-                        &mut sum,
-                        entry,
-                        angle,
-                        sigma * first_scale,
-                        first * branch.length * rule.weights[q],
-                    );
-                }
-                let [a, b, c] = pieces.ends;
-                for (low, high) in [(a, b), (b, c), (c, one)] {
-                    pieces.each_node(low, high, |u, weight| {
-                        let (u, weight) =
-                            (T::from_primal(u), T::from_primal(weight) * branch.length);
-                        let sigma = scale * (self.depth_base(entry, half_d * u) * u).pow_pos(n);
-                        self.add(
-                            &mut sum,
-                            entry,
-                            branch.start + branch.step * u,
-                            sigma * weight,
-                            weight,
-                        );
-                    });
-                }
-            }
-        }
-        if let Some((depth, stiffness)) = self.layer {
-            let begins = self
-                .map(T::primal)
-                .layer_begins(entry.primal(), depth.primal());
-            for (branch, pieces) in branches.iter().zip(&pieces) {
-                let [a, b, c] = pieces.ends.map(|end| end.max_of(begins));
-                for (low, high) in [(begins, a), (a, b), (b, c), (c, one)] {
-                    pieces.each_node(low, high, |u, weight| {
-                        let (u, weight) =
-                            (T::from_primal(u), T::from_primal(weight) * branch.length);
-                        let z = self.radius * u * self.depth_base(entry, half_d * u);
-                        let extra = stiffness * (z - depth) * weight;
-                        // The cohesion is in the main integral already.
-                        self.add(
-                            &mut sum,
-                            entry,
-                            branch.start + branch.step * u,
-                            extra,
-                            T::zero(),
-                        );
-                    });
-                }
-            }
-        }
-        sum
-    }
-
-    /// Adds one node: its weight with and without the normal stress.
-    #[inline]
-    fn add(&self, sum: &mut Integrals<T>, entry: T, angle: T, normal: T, weight: T) {
-        let (sin, cos) = angle.sin_cos();
-        sum.load += normal * cos;
-        sum.compaction += normal * sin;
-        let (along, across) = self.mobilised(entry, angle);
-        let strength = normal * self.ground.tan_friction + weight * self.ground.cohesion;
-        let tau = strength * along;
-        sum.load += tau * sin;
-        sum.thrust += tau * cos;
-        sum.shear += tau;
-        if self.lateral.is_some() {
-            sum.lateral += strength * across;
-        }
     }
 }
 

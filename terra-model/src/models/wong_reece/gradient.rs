@@ -1,0 +1,271 @@
+//! The derivatives of the stress integrals in everything they depend on, at a known entry angle: by formula and in the
+//! primal, so that a scalar with many derivatives is carried through sums only once.
+
+use super::kernel::{Integrator, Node, Point, Stress};
+use super::wheel::{Integrals, Wheel};
+use crate::lanes::Vector;
+use crate::quadrature::{power_weight_slopes, rule};
+use crate::real::{Real, Root};
+
+/// What the integrals depend on beside the entry angle, in this order.
+const VARIABLES: usize = 12;
+const SCALE: usize = 0;
+const EXPONENT: usize = 1;
+const COHESION: usize = 2;
+const FRICTION: usize = 3;
+const PER_MODULUS: usize = 4;
+const SLIP: usize = 5;
+const APEX: usize = 6;
+const EXIT: usize = 7;
+const HUMP: usize = 8;
+const LAYER_DEPTH: usize = 9;
+const LAYER_STIFFNESS: usize = 10;
+const RADIUS: usize = 11;
+/// The entry angle itself.
+const ENTRY: usize = 12;
+
+/// Integrals (load, thrust, compaction, shear; per R b) and their partial derivatives, the last in ln θ1.
+pub(super) struct Partials<P> {
+    value: [P; 4],
+    by: [[P; 4]; VARIABLES + 1],
+}
+
+/// A change of one node: of the normal stress, of m, and for each branch of E, θ and its length.
+struct Change<V> {
+    sigma: V,
+    m: V,
+    branch: [[V; 3]; 2],
+}
+
+impl<P: Root, const ORDER: usize> Integrator<'_, P, ORDER> {
+    /// Value and derivatives at an entry angle.
+    pub(super) fn partials(&self, entry: P) -> Partials<P> {
+        // A hump of no height still has a derivative.
+        let s = &Stress {
+            humped: true,
+            ..self.stress
+        };
+        let at = s.at(entry.spread());
+        let zero = P::Nodes::zero();
+        let mut value = [zero; 4];
+        let mut by = [[zero; 4]; VARIABLES + 1];
+        let lengths = [at.front, at.rear];
+        let slopes = power_weight_slopes::<P, ORDER>(self.wheel.ground.exponent);
+
+        let mut add = |u: P::Nodes,
+                       points: [Point<P::Nodes>; 2],
+                       sigma: P::Nodes,
+                       plain: P::Nodes,
+                       through_sigma: &[(usize, P::Nodes)],
+                       per_depth: P::Nodes| {
+            let [f, b] = points;
+            let m = sigma.mul_add(s.tan_friction, s.cohesion * plain);
+
+            // Sums over the branches of (cos, sin) and of E (cos, sin, 1).
+            let over = |g: &dyn Fn(usize, &Point<P::Nodes>) -> P::Nodes| {
+                g(0, &points[0]) + g(1, &points[1])
+            };
+            let cos = over(&|k, p| lengths[k] * p.cos);
+            let sin = over(&|k, p| lengths[k] * p.sin);
+            let up = over(&|k, p| lengths[k] * p.mobilised * p.sin);
+            let along = over(&|k, p| lengths[k] * p.mobilised * p.cos);
+            let all = over(&|k, p| lengths[k] * p.mobilised);
+            value[0] += sigma.mul_add(cos, m * up);
+            value[1] += m * along;
+            value[2] += sigma * sin;
+            value[3] += m * all;
+
+            // Through m alone.
+            for (k, dm) in [(COHESION, plain), (FRICTION, sigma)] {
+                by[k][0] += dm * up;
+                by[k][1] += dm * along;
+                by[k][3] += dm * all;
+            }
+            // Through the normal stress alone.
+            for &(k, ds) in through_sigma {
+                let dm = ds * s.tan_friction;
+                by[k][0] += ds.mul_add(cos, dm * up);
+                by[k][1] += dm * along;
+                by[k][2] += ds * sin;
+                by[k][3] += dm * all;
+            }
+            // Through E alone.
+            let shears: [[P::Nodes; 3]; 2] = std::array::from_fn(|k| {
+                let p = &points[k];
+                [
+                    p.slope * p.shear / s.per_modulus,
+                    p.slope * s.per_modulus * (at.sin - p.sin),
+                    p.bulge,
+                ]
+            });
+            for (q, k) in [PER_MODULUS, SLIP, HUMP].into_iter().enumerate() {
+                let (de_f, de_b) = (m * lengths[0] * shears[0][q], m * lengths[1] * shears[1][q]);
+                by[k][0] += de_f.mul_add(f.sin, de_b * b.sin);
+                by[k][1] += de_f.mul_add(f.cos, de_b * b.cos);
+                by[k][3] += de_f + de_b;
+            }
+            // Through the angles.
+            let mut moves = |k: usize, change: Change<P::Nodes>| {
+                let (ds, dm) = (change.sigma, change.m);
+                by[k][0] += ds.mul_add(cos, dm * up);
+                by[k][1] += dm * along;
+                by[k][2] += ds * sin;
+                by[k][3] += dm * all;
+                for (q, p) in points.iter().enumerate() {
+                    let [de, angle, length] = change.branch[q];
+                    let (l, e) = (lengths[q], p.mobilised);
+                    let strain = length.mul_add(e, l * de);
+                    by[k][0] += sigma * (length * p.cos - l * p.sin * angle)
+                        + m * (strain * p.sin + l * e * p.cos * angle);
+                    by[k][1] += m * (strain * p.cos - l * e * p.sin * angle);
+                    by[k][2] += sigma * (length * p.sin + l * p.cos * angle);
+                    by[k][3] += m * strain;
+                }
+            };
+            // -dj/dθ /R
+            let fall = |p: &Point<P::Nodes>| {
+                -(p.slope * s.per_modulus) * p.versine.mul_add(P::Nodes::one() - s.slip, s.slip)
+            };
+            let (fall_f, fall_b) = (fall(&f), fall(&b));
+            // θF = θ1 (1 - u + a u): both angles move by θ1 u.
+            let shift = at.entry * u;
+            let sigma_apex = -(per_depth * f.sin * shift);
+            let one = P::Nodes::one();
+            moves(
+                APEX,
+                Change {
+                    sigma: sigma_apex,
+                    m: sigma_apex * s.tan_friction,
+                    branch: [[fall_f * shift, shift, -one], [fall_b * shift, shift, one]],
+                },
+            );
+            let back = at.entry * (u - 1.0);
+            moves(
+                EXIT,
+                Change {
+                    sigma: zero,
+                    m: zero,
+                    branch: [[zero; 3], [fall_b * back, back, one]],
+                },
+            );
+            let sigma_entry = per_depth * at.deepening(&f);
+            let grow = |p: &Point<P::Nodes>| {
+                (at.growth - s.growth(p.angle, p.versine)) * s.per_modulus * p.slope
+            };
+            moves(
+                ENTRY,
+                Change {
+                    sigma: sigma_entry,
+                    m: sigma_entry * s.tan_friction,
+                    branch: [[grow(&f), f.angle, zero], [grow(&b), b.angle, zero]],
+                },
+            );
+        };
+        let mut soil = |node: Node<P::Nodes>, power_slope: P::Nodes| {
+            let (f, b) = s.pair(&at, node.u);
+            let depth = at.versine - f.versine;
+            let ln_base = (depth * node.inverse).ln_fast();
+            let bare = (ln_base * s.exponent).exp_fast();
+            let unit = bare * node.power;
+            let sigma = unit * s.scale;
+            let exponent = sigma * ln_base + bare * power_slope * s.scale;
+            let through = [(SCALE, unit), (EXPONENT, exponent)];
+            let per_depth = sigma * s.exponent / depth;
+            add(node.u, [f, b], sigma, node.plain, &through, per_depth);
+        };
+        if self.whole(entry) {
+            let rule = rule::<ORDER>();
+            for (chunk, (&power, &slope)) in self.weights.iter().zip(&slopes).enumerate() {
+                let q = chunk * P::NODES_AT_ONCE;
+                if q >= ORDER {
+                    break;
+                }
+                let node = Node {
+                    u: P::table(&rule.nodes[q..]),
+                    inverse: P::table(&rule.inverse[q..]),
+                    power,
+                    plain: P::table(&rule.weights[q..]),
+                };
+                soil(node, slope);
+            }
+        } else {
+            self.each_node(entry, |node, (ln_u, chunk)| {
+                let own = chunk.map_or(zero, |(chunk, factor)| slopes[chunk] * factor);
+                soil(node, node.power * ln_u + own);
+            });
+        }
+        self.each_layer_node(entry, |layer, u, plain| {
+            let (f, b) = s.pair(&at, u);
+            let height = at.versine - f.versine;
+            let extra = height.mul_add(layer.radius, -layer.depth) * plain;
+            let scale = layer.stiffness * plain;
+            let through = [
+                (LAYER_DEPTH, -scale),
+                (LAYER_STIFFNESS, extra),
+                (RADIUS, scale * height),
+            ];
+            let (sigma, per_depth) = (layer.stiffness * extra, scale * layer.radius);
+            add(u, [f, b], sigma, zero, &through, per_depth);
+        });
+        let total = |sums: [P::Nodes; 4]| sums.map(|x| P::total(x) * entry);
+        let value = total(value);
+        let mut by = by.map(total);
+        for (slope, value) in by[ENTRY].iter_mut().zip(value) {
+            *slope += value;
+        }
+        Partials { value, by }
+    }
+}
+
+impl<P: Root> Partials<P> {
+    /// The entry angle and the integrals that carry `load` (per R b), with all derivatives of the wheel's scalar:
+    /// dθ1 follows from the load, the integrals follow with it.
+    pub(super) fn balanced<T: Real<Primal = P>>(
+        &self,
+        wheel: &Wheel<T>,
+        entry: P,
+        load: T,
+    ) -> (T, Integrals<T>) {
+        let g = &wheel.ground;
+        let mut variables = [T::zero(); VARIABLES];
+        variables[SCALE] = g.stiffness * wheel.radius.pow_pos(g.exponent);
+        variables[EXPONENT] = g.exponent;
+        variables[COHESION] = g.cohesion;
+        variables[FRICTION] = g.tan_friction;
+        variables[PER_MODULUS] = wheel.shear_radius / g.shear_modulus;
+        variables[SLIP] = g.slip;
+        variables[APEX] = g.apex_ratio;
+        variables[EXIT] = wheel.exit_ratio;
+        variables[HUMP] = wheel.hump;
+        if let Some((depth, stiffness)) = wheel.layer {
+            variables[LAYER_DEPTH] = depth;
+            variables[LAYER_STIFFNESS] = stiffness;
+            variables[RADIUS] = wheel.radius;
+        }
+        let changes = variables.map(|x| x - T::from_primal(x.primal()));
+        let carried = self.by[ENTRY][0];
+        // d ln θ1 and the integrals, each as value + Σ coefficient * change.
+        let residual = load - T::from_primal(self.value[0]);
+        let follow = |value: P, by_entry: P, by: &dyn Fn(usize) -> P| {
+            let rate = by_entry / carried;
+            let mut sum = residual * T::from_primal(rate) + T::from_primal(value);
+            for (k, change) in changes.iter().enumerate() {
+                sum += *change * T::from_primal(by(k) - rate * self.by[k][0]);
+            }
+            sum
+        };
+        let step = follow(P::zero(), P::one(), &|_| P::zero());
+        let integral = |q: usize| follow(self.value[q], self.by[ENTRY][q], &|k| self.by[k][q]);
+        let entry = T::from_primal(entry);
+        (
+            entry + entry * step,
+            Integrals {
+                load,
+                thrust: integral(1),
+                compaction: integral(2),
+                shear: integral(3),
+                lateral: T::zero(),
+            },
+        )
+    }
+}

@@ -1,0 +1,131 @@
+//! The entry angle that carries the load, and the integrals there with all their derivatives.
+//!
+//! The angle is iterated in the primal by a short rule, then by the rule whose result counts: one evaluation mostly. One
+//! implicit step restores derivatives, and carries the integrals along by their slopes.
+
+use std::cell::Cell;
+
+use super::kernel::{Integrator, Sums};
+use super::wheel::{Integrals, Wheel};
+use crate::contact::Contact;
+use crate::error::ModelError;
+use crate::real::{Real, Root, is_plain};
+use crate::root::{Search, entry_angle};
+
+/// Relative step of the entry angle at which the short rule has done its part: the next one is of the size of its error.
+const HANDOVER: f64 = 1e-3;
+/// The same for the rule that counts. The step that follows squares it.
+const DRIVING: f64 = 3e-7;
+/// A braked wheel's load has bends: what the last step squares is multiplied by more.
+const BRAKING: f64 = 1e-8;
+
+/// The load carried at an entry angle \[N\].
+pub(super) fn load<P: Root, const ORDER: usize>(wheel: &Wheel<P>, entry: P) -> P {
+    let carried = if wheel.lateral.is_some() {
+        wheel.integrals(entry).load
+    } else {
+        let integrator = Integrator::<P, ORDER>::new(wheel, wheel.stress());
+        integrator.at(entry).load(entry).0
+    };
+    carried * wheel.radius * wheel.width
+}
+
+/// Solves with a rule of `FINE` nodes after one of `COARSE`, from ln θ1 of a nearby contact where there is one.
+pub(super) fn balance<T: Real, const COARSE: usize, const FINE: usize>(
+    wheel: &Wheel<T>,
+    at: &Contact<T>,
+    warm: Option<T::Primal>,
+) -> Result<(T, Integrals<T>), ModelError> {
+    let primal = wheel.map(T::primal);
+    let area = primal.radius * primal.width;
+    let load = at.normal_load.primal();
+    let slip = at.slip.primal();
+    let stress = primal.stress();
+    let mut search = Search {
+        load,
+        slip,
+        tolerance: HANDOVER,
+        feasible: false,
+    };
+    let mut start = match warm {
+        Some(ln_entry) => ln_entry,
+        None => primal
+            .ground
+            .compaction_guess(load, primal.radius, primal.width)
+            .ln(),
+    };
+    if warm.is_none() {
+        let coarse = Integrator::<T::Primal, COARSE>::new(&primal, stress);
+        let newton = Cell::new(None);
+        let root = search.root(start, |entry| {
+            let (w, slope) = coarse.at(entry).load(entry);
+            newton.set(Some((w, slope)));
+            (w * area, slope * area)
+        });
+        // Whether there is an equilibrium is the longer rule's to say.
+        if let (Ok(root), Some((w, slope))) = (root, newton.take()) {
+            start = root + (load / area - w) / slope;
+            search.feasible = true;
+        }
+    }
+    search.tolerance = if primal.braking { BRAKING } else { DRIVING };
+    let fine = Integrator::<T::Primal, FINE>::new(&primal, stress);
+    let last: Cell<Option<(T::Primal, Sums<<T::Primal as Root>::Nodes>)>> = Cell::new(None);
+    let ln_root = search.root(start, |entry| {
+        let sums = fine.at(entry);
+        let (w, slope) = sums.load(entry);
+        last.set(Some((entry, sums)));
+        (w * area, slope * area)
+    })?;
+    // The iteration ends with an evaluation at its root.
+    let (root, sums) = match last.take() {
+        Some(last) => last,
+        None => {
+            let root = ln_root.exp();
+            (root, fine.at(root))
+        }
+    };
+    let (value, slopes) = sums.integrals(root);
+    let step = (load / area - value.load) / slopes.load;
+    let entry = root + root * step;
+    if is_plain::<T>() {
+        let integrals = value.moved(&slopes, step);
+        return Ok((T::from_primal(entry), integrals.map(T::from_primal)));
+    }
+    let partials = fine.partials(entry);
+    let carried = at.normal_load / (wheel.radius * wheel.width);
+    Ok(partials.balanced(wheel, entry, carried))
+}
+
+/// Solves node by node in the scalar itself: sideways slip.
+pub(super) fn rare<T: Real>(
+    wheel: &Wheel<T>,
+    at: &Contact<T>,
+) -> Result<(T, Integrals<T>), ModelError> {
+    let primal = wheel.map(T::primal);
+    let load = at.normal_load.primal();
+    let guess = primal
+        .ground
+        .compaction_guess(load, primal.radius, primal.width);
+    type Tangent<T> = <<T as Real>::Primal as Root>::Tangent;
+    let tangent: Wheel<Tangent<T>> = primal.map(Tangent::<T>::from_primal);
+    let last = Cell::new(None);
+    let ln_root = entry_angle(load, guess, at.slip.primal(), |angle| {
+        let integrals = tangent.integrals(angle);
+        last.set(Some(integrals));
+        integrals.load * tangent.radius * tangent.width
+    })?;
+    let root = T::from_primal(ln_root.exp());
+    // The iteration ends with an evaluation at its root.
+    let last = last
+        .take()
+        .unwrap_or_else(|| tangent.integrals(ln_root.seed().exp()));
+    let slopes = last.map(|x| T::from_primal(T::Primal::parts(x).1));
+    let there = if is_plain::<T>() {
+        last.map(|x| T::from_primal(T::Primal::parts(x).0))
+    } else {
+        wheel.integrals(root)
+    };
+    let step = (at.normal_load / (wheel.radius * wheel.width) - there.load) / slopes.load;
+    Ok((root + root * step, there.moved(&slopes, step)))
+}
