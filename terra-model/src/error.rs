@@ -45,6 +45,34 @@ pub enum ModelError {
         /// Number given.
         found: usize,
     },
+    /// A query beyond what a force map was built for.
+    #[error("outside the map: {quantity} = {value}, the map covers [{low}, {high}]")]
+    OutsideMap {
+        /// slip or normal_load.
+        quantity: &'static str,
+        /// What was asked.
+        value: f64,
+        /// Least value of the map.
+        low: f64,
+        /// Largest, at this slip.
+        high: f64,
+    },
+    /// A force map that the largest number of nodes does not make exact enough.
+    #[error("a force map of these soils and loads reaches {reached:.1e}, not {wanted:.1e}")]
+    MapAccuracy {
+        /// Largest error of the finest map tried.
+        reached: f64,
+        /// What was asked for.
+        wanted: f64,
+    },
+    /// Columns of a batch that differ in length.
+    #[error("a batch of {expected} slips has a column of {found} values")]
+    BatchLength {
+        /// Number of slips.
+        expected: usize,
+        /// Length of the column.
+        found: usize,
+    },
     /// An effect that acts through a hook the model does not have.
     #[error("effect {effect} needs the hook '{hook}', which model {model} does not have")]
     EffectNotApplicable {

@@ -77,6 +77,30 @@ impl<T: Real> WheelForces<T> {
     }
 }
 
+impl<T: Copy> WheelForces<T> {
+    /// The same values as another scalar.
+    pub fn map<S>(self, f: impl Fn(T) -> S + Copy) -> WheelForces<S> {
+        WheelForces {
+            drawbar_pull: f(self.drawbar_pull),
+            resistive_torque: f(self.resistive_torque),
+            lateral_force: f(self.lateral_force),
+            sinkage: self.sinkage.map(f),
+            angles: self.angles.map(|a| Angles {
+                entry: f(a.entry),
+                exit: f(a.exit),
+                max_stress: f(a.max_stress),
+            }),
+            parts: Contributions {
+                thrust: f(self.parts.thrust),
+                compaction_resistance: f(self.parts.compaction_resistance),
+                bulldozing_resistance: f(self.parts.bulldozing_resistance),
+                other: f(self.parts.other),
+            },
+            flags: self.flags,
+        }
+    }
+}
+
 /// Stresses on the rim at one angle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StressPoint {

@@ -4,8 +4,9 @@ use std::sync::Arc;
 
 use nalgebra::DMatrix;
 
+use crate::batch::{Batch, BatchForces, Precision};
 use crate::contact::Contact;
-use crate::dual::{Dual8, jacobian};
+use crate::dual::{Dual8, Dual16, jacobian, jacobian16};
 use crate::effect::{AnyEffect, EffectAt};
 use crate::error::ModelError;
 use crate::forces::{StressProfile, WheelForces};
@@ -31,6 +32,14 @@ impl Scalar for f64 {
     }
 }
 impl Scalar for Dual8 {
+    fn of_model(model: &dyn AnyModel) -> &dyn ModelAt<Self> {
+        model
+    }
+    fn of_effect(effect: &dyn AnyEffect) -> &dyn EffectAt<Self> {
+        effect
+    }
+}
+impl Scalar for Dual16 {
     fn of_model(model: &dyn AnyModel) -> &dyn ModelAt<Self> {
         model
     }
@@ -91,18 +100,36 @@ pub(crate) fn lift_with<T: Real>(at: &Contact<f64>, slip: T, normal_load: T) -> 
     }
 }
 
+/// Forces and Jacobian out of one function at either scalar: a single pass for up to sixteen variables.
 fn force_jacobian(
     p: &[f64],
     at: &Contact<f64>,
-    forces: impl Fn(&[Dual8], &Contact<Dual8>) -> Result<WheelForces<Dual8>, ModelError>,
-) -> Result<DMatrix<f64>, ModelError> {
+    narrow: impl Fn(&[Dual16], &Contact<Dual16>) -> Result<WheelForces<Dual16>, ModelError>,
+    wide: impl Fn(&[Dual8], &Contact<Dual8>) -> Result<WheelForces<Dual8>, ModelError>,
+    value: impl Fn() -> Result<WheelForces<f64>, ModelError>,
+) -> Result<(WheelForces<f64>, DMatrix<f64>), ModelError> {
     let n = p.len();
     let mut x = p.to_vec();
     x.extend([at.slip, at.normal_load]);
+    if x.len() <= 16 {
+        let (forces, jac) = jacobian16(
+            &x,
+            |x| narrow(&x[..n], &lift_with(at, x[n], x[n + 1])),
+            |f| {
+                [
+                    f.drawbar_pull,
+                    f.resistive_torque,
+                    f.sinkage.unwrap_or_else(Dual16::zero),
+                    f.lateral_force,
+                ]
+            },
+        )?;
+        return Ok((forces.map(|x| x.re), jac));
+    }
     let (_, jac) = jacobian(&x, |x| {
-        forces(&x[..n], &lift_with(at, x[n], x[n + 1])).map(|f| rows(&f))
+        wide(&x[..n], &lift_with(at, x[n], x[n + 1])).map(|f| rows(&f))
     })?;
-    Ok(jac)
+    Ok((value()?, jac))
 }
 
 impl<M: TerrainModel> ForceLaw for M {
@@ -121,9 +148,14 @@ impl<M: TerrainModel> ForceLaw for M {
         p: &[f64],
         at: &Contact<f64>,
     ) -> Result<(WheelForces<f64>, DMatrix<f64>), ModelError> {
-        let value = self.forces(p, at)?;
-        let jac = force_jacobian(p, at, |p, at| self.wheel_forces(p, at))?;
-        Ok((value, jac))
+        guard(M::NAME, M::PARAMS, p, at)?;
+        force_jacobian(
+            p,
+            at,
+            |p, at| self.wheel_forces(p, at),
+            |p, at| self.wheel_forces(p, at),
+            || self.wheel_forces(p, at),
+        )
     }
 }
 
@@ -324,6 +356,24 @@ impl Law {
         Ok(forces)
     }
 
+    /// Forces of many contacts, each with its own status: side by side where the model can and no effect acts.
+    ///
+    /// # Errors
+    /// [`ModelError::ParameterCount`], [`ModelError::BatchLength`]: columns that do not fit. Never for an item.
+    pub fn solve_batch(
+        &self,
+        batch: &Batch<'_>,
+        precision: Precision,
+        out: &mut BatchForces,
+    ) -> Result<(), ModelError> {
+        if self.effects.is_empty() {
+            return self.model.batch(batch, precision, out);
+        }
+        batch.check(self.model.name(), self.params.len())?;
+        batch.one_by_one(out, |p, at| self.forces(p, at));
+        Ok(())
+    }
+
     /// Stresses along the contact under the effects; `None` for models without stresses.
     ///
     /// # Errors
@@ -366,8 +416,13 @@ impl ForceLaw for Law {
         p: &[f64],
         at: &Contact<f64>,
     ) -> Result<(WheelForces<f64>, DMatrix<f64>), ModelError> {
-        let value = self.forces(p, at)?;
-        let jac = force_jacobian(p, at, |p, at| self.forces_at(p, at))?;
-        Ok((value, jac))
+        guard(self.model.name(), &self.params, p, at)?;
+        force_jacobian(
+            p,
+            at,
+            |p, at| self.forces_at(p, at),
+            |p, at| self.forces_at(p, at),
+            || self.forces_at(p, at),
+        )
     }
 }

@@ -36,6 +36,7 @@
 
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::panic))]
 
+mod batch;
 pub mod catalogue;
 pub mod conformance;
 mod contact;
@@ -46,6 +47,7 @@ mod error;
 mod forces;
 mod lanes;
 mod law;
+mod maps;
 mod model;
 pub mod models;
 mod names;
@@ -58,13 +60,15 @@ mod slip;
 pub mod split;
 mod vehicle;
 
+pub use batch::{Batch, BatchForces, Precision};
 pub use contact::{Contact, Hook, Hooks};
-pub use dual::{Dual8, jacobian};
+pub use dual::{Dual8, Dual16, jacobian};
 pub use effect::{AnyEffect, Channel, Effect, EffectAt, Scope, Touch};
 pub use error::ModelError;
 pub use forces::{Angles, Contributions, Flags, StressPoint, StressProfile, WheelForces};
 pub use lanes::{Lanes, Lanes32, Vector};
 pub use law::{ForceLaw, Law, Scalar};
+pub use maps::{ForceMap, MapError, MapRange, MapSlopes};
 pub use model::{AnyModel, ModelAt, Soil, TerrainModel};
 pub use names::nearest;
 pub use param::{Param, Scale};

@@ -1,10 +1,12 @@
 //! The trait a terrain model's author writes, and its erased form.
 
+use crate::batch::{Batch, BatchForces, Precision};
 use crate::contact::{Contact, Hook};
-use crate::dual::Dual8;
+use crate::dual::{Dual8, Dual16};
 use crate::error::ModelError;
 use crate::forces::{StressProfile, WheelForces};
 use crate::lanes::Lanes;
+use crate::law::guard;
 use crate::param::Param;
 use crate::real::Real;
 
@@ -58,6 +60,25 @@ pub trait TerrainModel: Default + Send + Sync + 'static {
     fn wheel_forces<T: Real>(&self, p: &[T], at: &Contact<T>)
     -> Result<WheelForces<T>, ModelError>;
 
+    /// Forces of many contacts, each with its own status. Item by item unless the model knows better.
+    ///
+    /// # Errors
+    /// [`ModelError::ParameterCount`], [`ModelError::BatchLength`]: columns that do not fit. Never for an item.
+    fn forces_batch(
+        &self,
+        batch: &Batch<'_>,
+        precision: Precision,
+        out: &mut BatchForces,
+    ) -> Result<(), ModelError> {
+        let _ = precision;
+        batch.check(Self::NAME, Self::PARAMS.len())?;
+        batch.one_by_one(out, |p, at| {
+            guard(Self::NAME, Self::PARAMS, p, at)?;
+            self.wheel_forces(p, at)
+        });
+        Ok(())
+    }
+
     /// The soil values by role, for effects such as bulldozing.
     fn soil<T: Real>(&self, p: &[T], at: &Contact<T>) -> Soil<T> {
         let _ = (p, at);
@@ -100,7 +121,7 @@ impl<M: TerrainModel, T: Real> ModelAt<T> for M {
 }
 
 /// Any model, known only by name.
-pub trait AnyModel: ModelAt<f64> + ModelAt<Dual8> + ModelAt<Lanes> {
+pub trait AnyModel: ModelAt<f64> + ModelAt<Dual8> + ModelAt<Dual16> + ModelAt<Lanes> {
     /// Kebab-case name.
     fn name(&self) -> &'static str;
     /// One line of meaning.
@@ -111,6 +132,16 @@ pub trait AnyModel: ModelAt<f64> + ModelAt<Dual8> + ModelAt<Lanes> {
     fn reference(&self) -> &'static str;
     /// Hooks it honours.
     fn hooks(&self) -> &'static [Hook];
+    /// See [`TerrainModel::forces_batch`].
+    ///
+    /// # Errors
+    /// As there.
+    fn batch(
+        &self,
+        batch: &Batch<'_>,
+        precision: Precision,
+        out: &mut BatchForces,
+    ) -> Result<(), ModelError>;
     /// See [`TerrainModel::stresses`].
     ///
     /// # Errors
@@ -138,6 +169,14 @@ impl<M: TerrainModel> AnyModel for M {
     }
     fn hooks(&self) -> &'static [Hook] {
         M::HOOKS
+    }
+    fn batch(
+        &self,
+        batch: &Batch<'_>,
+        precision: Precision,
+        out: &mut BatchForces,
+    ) -> Result<(), ModelError> {
+        self.forces_batch(batch, precision, out)
     }
     fn stress_profile(
         &self,

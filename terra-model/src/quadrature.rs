@@ -83,7 +83,7 @@ fn moments<P: Root, const ORDER: usize>(n: P, slopes: bool) -> [(P, P); ORDER] {
             let ratio_slope = (P::one() - ratio) / below;
             slope = slope * ratio + moment * ratio_slope;
         }
-        moment = moment * ratio;
+        moment *= ratio;
     }
     moments
 }

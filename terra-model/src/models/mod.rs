@@ -5,7 +5,7 @@ mod linear_stress;
 mod wong_reece;
 
 pub use linear_stress::LinearStress;
-pub use wong_reece::WongReece;
+pub use wong_reece::{Accuracy, WongReece};
 
 use crate::registry::Registry;
 

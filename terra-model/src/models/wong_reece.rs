@@ -17,6 +17,7 @@
 //! J. Y. Wong and A. R. Reece, "Prediction of rigid wheel performance based on the analysis of soil-wheel stresses",
 //! J. Terramechanics 4 (1967) 1:81-98 and 2:7-25; L. E. Ray, SPIE 2008, eqs 13-20. Braking is an extension.
 
+mod batch;
 mod general;
 mod gradient;
 mod kernel;
@@ -24,6 +25,7 @@ mod pieces;
 mod solve;
 mod wheel;
 
+use crate::batch::{Batch, BatchForces, Precision};
 use crate::contact::{Contact, Hook};
 use crate::error::ModelError;
 use crate::forces::{Angles, Flags, StressProfile, WheelForces};
@@ -37,6 +39,18 @@ use wheel::{Integrals, Wheel};
 /// Nodes a piece in the first steps of the iteration, and in the last.
 const COARSE: usize = 8;
 const FINE: usize = 16;
+
+/// How exactly the stresses are integrated: max(|Δθ1|/θ1, |ΔT|/|T|, |ΔD|/(|D| + |T|/R)) over 21 soils x 5 slips x 3 loads.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Accuracy {
+    /// Eight nodes a branch: 1e-7. What a batch computes.
+    Default,
+    /// Sixteen: 1e-11. What `wong-reece` computes.
+    #[default]
+    Fine,
+    /// Twenty-four: 1e-12, where two independent quadratures agree.
+    Reference,
+}
 
 /// The Wong-Reece rigid wheel.
 #[derive(Clone, Copy, Debug, Default)]
@@ -56,19 +70,98 @@ impl WongReece {
         at: &Contact<f64>,
         entry_angle: f64,
     ) -> Result<f64, ModelError> {
-        if !(entry_angle > 0.0 && entry_angle <= MAX_ENTRY_ANGLE) {
-            return Err(ModelError::Contact {
-                quantity: "entry_angle",
-                value: entry_angle,
-                expected: "an angle in (0, π/2] rad",
-            });
-        }
+        Self::legal(entry_angle)?;
         let wheel = Self::wheel(p, at)?;
         Ok(solve::load::<f64, FINE>(&wheel, entry_angle))
     }
 
     fn wheel<T: Real>(p: &[T], at: &Contact<T>) -> Result<Wheel<T>, ModelError> {
         Ok(Wheel::new(Ground::read(Self::NAME, p, at)?, at))
+    }
+
+    /// Forces by name, from the integrals per R b.
+    fn named<T: Real>(
+        wheel: &Wheel<T>,
+        at: &Contact<T>,
+        entry: T,
+        integrals: Integrals<T>,
+    ) -> WheelForces<T> {
+        let area = wheel.radius * wheel.width;
+        let torque_arm = at.radius + at.hooks.lug_height;
+        let mut forces = WheelForces::from_thrust(
+            integrals.thrust * area,
+            integrals.compaction * area,
+            integrals.shear * area * torque_arm,
+        );
+        let (sin_half, _) = (entry * 0.5).sin_cos();
+        let sinkage = wheel.radius * sin_half.squared() * 2.0;
+        // A wheel that slides to the left is pushed to the right.
+        forces.lateral_force = -(integrals.lateral * area);
+        forces.sinkage = Some(sinkage);
+        forces.angles = Some(Angles {
+            entry,
+            exit: wheel.exit(entry),
+            max_stress: wheel.apex(entry),
+        });
+        forces.flags = Flags {
+            braking: wheel.braking,
+            apex_limited: wheel.ground.apex_limited,
+            deep_sinkage: (at.radius * 0.5).primal().any_lt(sinkage.primal()),
+        };
+        forces
+    }
+
+    /// As [`TerrainModel::wheel_forces`], starting from the entry angle \[rad\] of a nearby contact: the last sample of a
+    /// log, say. The result does not depend on it but for the last digits.
+    ///
+    /// # Errors
+    /// As there; [`ModelError::Contact`] for an angle outside (0, π/2\].
+    pub fn forces_from(
+        &self,
+        p: &[f64],
+        at: &Contact<f64>,
+        entry_angle: f64,
+    ) -> Result<WheelForces<f64>, ModelError> {
+        Self::legal(entry_angle)?;
+        let wheel = Self::wheel(p, at)?;
+        let (entry, integrals) = if wheel.lateral.is_some() {
+            solve::rare(&wheel, at)?
+        } else {
+            let start = Some(entry_angle.ln());
+            solve::balance::<f64, COARSE, FINE>(&wheel, at, start)?
+        };
+        Ok(Self::named(&wheel, at, entry, integrals))
+    }
+
+    /// As [`TerrainModel::wheel_forces`], by the rule of a tier and without the hooks' rare cases.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn forces_within(
+        &self,
+        p: &[f64],
+        at: &Contact<f64>,
+        accuracy: Accuracy,
+    ) -> Result<WheelForces<f64>, ModelError> {
+        let wheel = Self::wheel(p, at)?;
+        let (entry, integrals) = match accuracy {
+            _ if wheel.lateral.is_some() => solve::rare(&wheel, at)?,
+            Accuracy::Default => solve::balance::<f64, 8, 8>(&wheel, at, None)?,
+            Accuracy::Fine => solve::balance::<f64, COARSE, FINE>(&wheel, at, None)?,
+            Accuracy::Reference => solve::balance::<f64, 8, 24>(&wheel, at, None)?,
+        };
+        Ok(Self::named(&wheel, at, entry, integrals))
+    }
+
+    fn legal(entry_angle: f64) -> Result<(), ModelError> {
+        if entry_angle > 0.0 && entry_angle <= MAX_ENTRY_ANGLE {
+            return Ok(());
+        }
+        Err(ModelError::Contact {
+            quantity: "entry_angle",
+            value: entry_angle,
+            expected: "an angle in (0, π/2] rad",
+        })
     }
 
     fn solve<T: Real>(wheel: &Wheel<T>, at: &Contact<T>) -> Result<(T, Integrals<T>), ModelError> {
@@ -106,29 +199,18 @@ impl TerrainModel for WongReece {
     ) -> Result<WheelForces<T>, ModelError> {
         let wheel = Self::wheel(p, at)?;
         let (entry, integrals) = Self::solve(&wheel, at)?;
-        let area = wheel.radius * wheel.width;
-        let torque_arm = at.radius + at.hooks.lug_height;
-        let mut forces = WheelForces::from_thrust(
-            integrals.thrust * area,
-            integrals.compaction * area,
-            integrals.shear * area * torque_arm,
-        );
-        let (sin_half, _) = (entry * 0.5).sin_cos();
-        let sinkage = wheel.radius * sin_half.squared() * 2.0;
-        // A wheel that slides to the left is pushed to the right.
-        forces.lateral_force = -(integrals.lateral * area);
-        forces.sinkage = Some(sinkage);
-        forces.angles = Some(Angles {
-            entry,
-            exit: wheel.exit(entry),
-            max_stress: wheel.apex(entry),
-        });
-        forces.flags = Flags {
-            braking: wheel.braking,
-            apex_limited: wheel.ground.apex_limited,
-            deep_sinkage: (at.radius * 0.5).primal().any_lt(sinkage.primal()),
-        };
-        Ok(forces)
+        Ok(Self::named(&wheel, at, entry, integrals))
+    }
+
+    fn forces_batch(
+        &self,
+        batch: &Batch<'_>,
+        precision: Precision,
+        out: &mut BatchForces,
+    ) -> Result<(), ModelError> {
+        batch.check(Self::NAME, Self::PARAMS.len())?;
+        batch::solve_batch(batch, precision, out);
+        Ok(())
     }
 
     fn soil<T: Real>(&self, p: &[T], at: &Contact<T>) -> Soil<T> {

@@ -59,9 +59,9 @@ impl<T: Real> Wheel<T> {
         let half_d = (T::one() - self.ground.apex_ratio) * 0.5;
         let rule = rule::<ORDER>();
         if whole {
-            for q in 0..ORDER {
+            for (q, &power) in weights.iter().enumerate() {
                 let u = rule.nodes[q];
-                let sigma = scale * self.depth_base(entry, half_d * u).pow_pos(n) * weights[q];
+                let sigma = scale * self.depth_base(entry, half_d * u).pow_pos(n) * power;
                 for branch in &branches {
                     let angle = branch.start + branch.step * u;
                     self.add(
@@ -77,9 +77,9 @@ impl<T: Real> Wheel<T> {
             for (branch, pieces) in branches.iter().zip(&pieces) {
                 let first = T::from_primal(pieces.ends[0]);
                 let first_scale = scale * first.pow_pos(n) * first * branch.length;
-                for q in 0..ORDER {
+                for (q, &power) in weights.iter().enumerate() {
                     let u = first * rule.nodes[q];
-                    let sigma = self.depth_base(entry, half_d * u).pow_pos(n) * weights[q];
+                    let sigma = self.depth_base(entry, half_d * u).pow_pos(n) * power;
                     let angle = branch.start + branch.step * u;
                     self.add(
                         &mut sum,

@@ -30,6 +30,9 @@ pub(super) struct Partials<P> {
     by: [[P; 4]; VARIABLES + 1],
 }
 
+/// A function of a branch and its point.
+type OverBranches<'f, V> = &'f dyn Fn(usize, &Point<V>) -> V;
+
 /// A change of one node: of the normal stress, of m, and for each branch of E, θ and its length.
 struct Change<V> {
     sigma: V,
@@ -62,9 +65,7 @@ impl<P: Root, const ORDER: usize> Integrator<'_, P, ORDER> {
             let m = sigma.mul_add(s.tan_friction, s.cohesion * plain);
 
             // Sums over the branches of (cos, sin) and of E (cos, sin, 1).
-            let over = |g: &dyn Fn(usize, &Point<P::Nodes>) -> P::Nodes| {
-                g(0, &points[0]) + g(1, &points[1])
-            };
+            let over = |g: OverBranches<'_, P::Nodes>| g(0, &points[0]) + g(1, &points[1]);
             let cos = over(&|k, p| lengths[k] * p.cos);
             let sin = over(&|k, p| lengths[k] * p.sin);
             let up = over(&|k, p| lengths[k] * p.mobilised * p.sin);

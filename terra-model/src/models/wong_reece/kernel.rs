@@ -286,38 +286,55 @@ impl<'w, P: Root, const ORDER: usize> Integrator<'w, P, ORDER> {
         }
     }
 
-    /// Whether each branch is one piece, without asking where it would be cut: no sign change of j, and
-    /// |dj/dθ| <= R (i + (1 - i) θ1²/2).
+    /// Whether each branch is one piece, without asking where it would be cut.
     pub(super) fn whole(&self, entry: P) -> bool {
-        if self.stress.braking {
-            return false;
-        }
+        !self.stress.braking && !P::from(STEEP).any_lt(self.steepness(entry))
+    }
+
+    /// How much j/K changes along the longer branch at most: |dj/dθ| <= R (i + (1 - i) θ1²/2) for i >= 0.
+    pub(super) fn steepness(&self, entry: P) -> P {
         let g = &self.wheel.ground;
         let slope = g.slip + (P::one() - g.slip) * entry * entry * 0.5;
         let longest = (P::one() - g.apex_ratio).max_of(g.apex_ratio + self.wheel.exit_ratio);
-        let steep = slope * entry * longest * self.wheel.shear_radius;
-        !(g.shear_modulus * STEEP).any_lt(steep)
+        slope * entry * longest * self.wheel.shear_radius / g.shear_modulus
     }
 
     #[inline]
     pub(super) fn at(&self, entry: P) -> Sums<P::Nodes> {
+        if self.whole(entry) && self.wheel.layer.is_none() {
+            self.whole_at(entry)
+        } else {
+            self.cut_at(entry)
+        }
+    }
+
+    /// Each branch in one piece, and no layer.
+    #[inline]
+    pub(super) fn whole_at(&self, entry: P) -> Sums<P::Nodes> {
+        let at = self.stress.at(entry.spread());
+        let mut sums = Sums::new();
+        let rule = rule::<ORDER>();
+        for (chunk, &power) in self.weights.iter().enumerate() {
+            let q = chunk * P::NODES_AT_ONCE;
+            if q >= ORDER {
+                break;
+            }
+            let node = Node {
+                u: P::table(&rule.nodes[q..]),
+                inverse: P::table(&rule.inverse[q..]),
+                power,
+                plain: P::table(&rule.weights[q..]),
+            };
+            sums.add(&self.stress, &at, &node);
+        }
+        sums
+    }
+
+    fn cut_at(&self, entry: P) -> Sums<P::Nodes> {
         let at = self.stress.at(entry.spread());
         let mut sums = Sums::new();
         if self.whole(entry) {
-            let rule = rule::<ORDER>();
-            for (chunk, &power) in self.weights.iter().enumerate() {
-                let q = chunk * P::NODES_AT_ONCE;
-                if q >= ORDER {
-                    break;
-                }
-                let node = Node {
-                    u: P::table(&rule.nodes[q..]),
-                    inverse: P::table(&rule.inverse[q..]),
-                    power,
-                    plain: P::table(&rule.weights[q..]),
-                };
-                sums.add(&self.stress, &at, &node);
-            }
+            sums = self.whole_at(entry);
         } else {
             self.each_node(entry, |node, _| sums.add(&self.stress, &at, &node));
         }
@@ -414,9 +431,16 @@ impl<P: Root> Wheel<P> {
     /// What the integrand needs, for every node.
     pub(super) fn stress(&self) -> Stress<P::Nodes> {
         let g = &self.ground;
+        self.stress_of(g.stiffness * self.radius.pow_pos(g.exponent))
+    }
+
+    /// The same with k R^n known.
+    #[inline]
+    pub(super) fn stress_of(&self, scale: P) -> Stress<P::Nodes> {
+        let g = &self.ground;
         let humped = P::zero().any_lt(self.hump);
         Stress {
-            scale: (g.stiffness * self.radius.pow_pos(g.exponent)).spread(),
+            scale: scale.spread(),
             exponent: g.exponent.spread(),
             cohesion: g.cohesion.spread(),
             tan_friction: g.tan_friction.spread(),

@@ -30,6 +30,9 @@ pub(super) fn load<P: Root, const ORDER: usize>(wheel: &Wheel<P>, entry: P) -> P
     carried * wheel.radius * wheel.width
 }
 
+/// An entry angle and the sums there.
+type Evaluated<P> = (P, Sums<<P as Root>::Nodes>);
+
 /// Solves with a rule of `FINE` nodes after one of `COARSE`, from ln θ1 of a nearby contact where there is one.
 pub(super) fn balance<T: Real, const COARSE: usize, const FINE: usize>(
     wheel: &Wheel<T>,
@@ -70,7 +73,7 @@ pub(super) fn balance<T: Real, const COARSE: usize, const FINE: usize>(
     }
     search.tolerance = if primal.braking { BRAKING } else { DRIVING };
     let fine = Integrator::<T::Primal, FINE>::new(&primal, stress);
-    let last: Cell<Option<(T::Primal, Sums<<T::Primal as Root>::Nodes>)>> = Cell::new(None);
+    let last: Cell<Option<Evaluated<T::Primal>>> = Cell::new(None);
     let ln_root = search.root(start, |entry| {
         let sums = fine.at(entry);
         let (w, slope) = sums.load(entry);

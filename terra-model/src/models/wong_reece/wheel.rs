@@ -84,6 +84,21 @@ impl<T: Real> Wheel<T> {
         }
     }
 
+    /// A bare rim on virgin soil, driven.
+    pub(super) fn plain(ground: Ground<T>, radius: T, width: T) -> Self {
+        Wheel {
+            ground,
+            radius,
+            shear_radius: radius,
+            width,
+            exit_ratio: T::zero(),
+            hump: T::zero(),
+            layer: None,
+            lateral: None,
+            braking: false,
+        }
+    }
+
     pub(super) fn map<S: Real>(&self, f: impl Fn(T) -> S + Copy) -> Wheel<S> {
         Wheel {
             ground: self.ground.map(f),

@@ -1,0 +1,491 @@
+//! Pull and torque of one soil as a table over slip and load: a thousandth of a solve's cost.
+//!
+//! # Equation
+//! D/W and T/(R W) as Chebyshev series in slip and in x, x = ln W scaled to \[-1, 1\]. Where the soil's bearing limit lies
+//! within the loads asked for, x runs up to just below the limit at each slip, so that the table ends where the
+//! equilibria do.
+//!
+//! # Errors
+//! A query beyond the table is [`ModelError::OutsideMap`], one beyond the bearing limit [`ModelError::NoEquilibrium`]:
+//! nothing is extended or clamped.
+
+use crate::batch::{Batch, BatchForces, Precision};
+use crate::contact::Contact;
+use crate::error::ModelError;
+use crate::lanes::{Lanes, Vector};
+use crate::law::{ForceLaw, Law};
+use crate::real::Real;
+
+/// Slips and loads of a map.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MapRange {
+    /// Least and largest slip, within \[0, 1\].
+    pub slip: (f64, f64),
+    /// Least and largest normal load \[N\].
+    pub normal_load: (f64, f64),
+}
+
+/// What a map was found to be wrong by, e = max(|ΔT|/|T|, |ΔD|/(|D| + |T|/R)), at points between its nodes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MapError {
+    /// Largest.
+    pub max: f64,
+    /// Median.
+    pub median: f64,
+}
+
+/// Pull and torque with their slopes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MapSlopes {
+    /// D \[N\], T \[N m\].
+    pub forces: [f64; 2],
+    /// The same by slip.
+    pub by_slip: [f64; 2],
+    /// The same by normal load.
+    pub by_load: [f64; 2],
+}
+
+/// Nodes in load: three vectors of eight, of which the last may be padded.
+const LOADS: usize = 24;
+const CHUNKS: usize = LOADS / 8;
+/// Nodes in slip and load, tried in turn.
+const SIZES: [(usize, usize); 4] = [(6, 12), (8, 16), (10, 20), (16, 24)];
+/// Where a map ends below the bearing limit.
+const BELOW_LIMIT: f64 = 0.995;
+/// A load that no soil carries \[N\].
+const UNBEARABLE: f64 = 1e15;
+
+/// Pull and torque of one soil and wheel over slip and load.
+#[derive(Clone, Debug)]
+pub struct ForceMap {
+    range: MapRange,
+    radius: f64,
+    /// ln of the largest load by slip, as a series: one term where it does not depend on slip.
+    top: Vec<f64>,
+    /// Bearing limits are in the map.
+    limited: bool,
+    /// By slip: D/W and T/(R W) over load.
+    rows: Vec<[[Lanes; CHUNKS]; 2]>,
+    error: MapError,
+}
+
+impl ForceMap {
+    /// The smallest map of a law with these parameters whose error is within `wanted`.
+    ///
+    /// # Errors
+    /// [`ModelError::MapAccuracy`]; [`ModelError::OutsideMap`] for a range that is empty or beyond \[0, 1\] in slip; what the
+    /// law answers at a node.
+    pub fn within(
+        law: &Law,
+        p: &[f64],
+        range: MapRange,
+        radius: f64,
+        width: f64,
+        wanted: f64,
+    ) -> Result<Self, ModelError> {
+        let mut reached = f64::INFINITY;
+        for nodes in SIZES {
+            let map = Self::new(law, p, range, radius, width, nodes)?;
+            if map.error.max <= wanted {
+                return Ok(map);
+            }
+            reached = reached.min(map.error.max);
+        }
+        Err(ModelError::MapAccuracy { reached, wanted })
+    }
+
+    /// A map of a given number of nodes in slip (2 to 24) and load (2 to 24), with its error measured.
+    ///
+    /// # Errors
+    /// As [`ForceMap::within`].
+    pub fn new(
+        law: &Law,
+        p: &[f64],
+        range: MapRange,
+        radius: f64,
+        width: f64,
+        nodes: (usize, usize),
+    ) -> Result<Self, ModelError> {
+        range.check()?;
+        let (slips, loads) = (nodes.0.clamp(2, LOADS), nodes.1.clamp(2, LOADS));
+        let slip_nodes: Vec<f64> = (0..slips)
+            .map(|k| range.slip_at(chebyshev(k, slips)))
+            .collect();
+        let (top, limited) = tops(law, p, &range, &slip_nodes, radius, width)?;
+        let mut map = ForceMap {
+            range,
+            radius,
+            top,
+            limited,
+            rows: vec![[[Lanes::zero(); CHUNKS]; 2]; slips],
+            error: MapError {
+                max: f64::INFINITY,
+                median: f64::INFINITY,
+            },
+        };
+        let load_nodes: Vec<f64> = (0..loads).map(|k| chebyshev(k, loads)).collect();
+        let (at, values) = map.solve(law, p, width, &slip_nodes, &load_nodes)?;
+        // Values at nodes to coefficients, first along the load, then along the slip.
+        for output in 0..2 {
+            let scaled: Vec<Vec<f64>> = values
+                .iter()
+                .zip(&at)
+                .map(|(v, at)| {
+                    let arm = if output == 0 { 1.0 } else { radius };
+                    v[output] / (at.1 * arm)
+                })
+                .collect::<Vec<f64>>()
+                .chunks(loads)
+                .map(coefficients)
+                .collect();
+            for load in 0..loads {
+                let column: Vec<f64> = scaled.iter().map(|row| row[load]).collect();
+                for (row, value) in map.rows.iter_mut().zip(coefficients(&column)) {
+                    let chunk = &mut row[output][load / 8];
+                    let lanes = (0..8).map(|q| if q == load % 8 { value } else { chunk.lane(q) });
+                    *chunk = Lanes::gather(lanes);
+                }
+            }
+        }
+        map.error = map.measured(law, p, width, slips, loads)?;
+        Ok(map)
+    }
+
+    /// The error found when it was built.
+    pub fn error(&self) -> MapError {
+        self.error
+    }
+
+    /// What it was built for.
+    pub fn range(&self) -> MapRange {
+        self.range
+    }
+
+    /// Largest load of the map at a slip \[N\]: that of its range, or just below the bearing limit.
+    pub fn largest_load(&self, slip: f64) -> f64 {
+        series(&self.top, self.range.scaled_slip(slip)).0.exp()
+    }
+
+    /// D \[N\] and T \[N m\].
+    ///
+    /// # Errors
+    /// [`ModelError::OutsideMap`], [`ModelError::NoEquilibrium`].
+    pub fn forces(&self, slip: f64, normal_load: f64) -> Result<[f64; 2], ModelError> {
+        let (s, x, _) = self.place(slip, normal_load)?;
+        let over_load = polynomials(x);
+        let mut sums = [[Lanes::zero(); CHUNKS]; 2];
+        let (mut before, mut now) = (s, 1.0);
+        for row in &self.rows {
+            for (sum, row) in sums.iter_mut().zip(row) {
+                for (sum, c) in sum.iter_mut().zip(row) {
+                    *sum = c.mul_add(Lanes::from(now), *sum);
+                }
+            }
+            (before, now) = (now, 2.0 * s * now - before);
+        }
+        let [pull, torque] = sums.map(|sum| dot(&sum, &over_load));
+        Ok([pull * normal_load, torque * normal_load * self.radius])
+    }
+
+    /// Pull and torque with their slopes in slip and load.
+    ///
+    /// # Errors
+    /// As [`ForceMap::forces`].
+    pub fn slopes(&self, slip: f64, normal_load: f64) -> Result<MapSlopes, ModelError> {
+        let (s, x, top) = self.place(slip, normal_load)?;
+        let (low, (high, high_slope)) = (self.range.normal_load.0.ln(), top);
+        let over_load = polynomials(x);
+        let over_load_slope = polynomial_slopes(x);
+        let mut sums = [[[Lanes::zero(); CHUNKS]; 2]; 2];
+        let (mut before, mut now) = ((s, 1.0), (1.0, 0.0));
+        for row in &self.rows {
+            for (output, row) in row.iter().enumerate() {
+                for (chunk, c) in row.iter().enumerate() {
+                    let [value, slope] = &mut sums[output];
+                    value[chunk] = c.mul_add(Lanes::from(now.0), value[chunk]);
+                    slope[chunk] = c.mul_add(Lanes::from(now.1), slope[chunk]);
+                }
+            }
+            let next = (
+                2.0 * s * now.0 - before.0,
+                2.0 * (now.0 + s * now.1) - before.1,
+            );
+            (before, now) = (now, next);
+        }
+        // x = 2 (ln W - low)/(high(s) - low) - 1
+        let span = high - low;
+        let s_rate = 2.0 / (self.range.slip.1 - self.range.slip.0);
+        let x_by_slip = -(x + 1.0) * high_slope * s_rate / span;
+        let x_by_load = 2.0 / (span * normal_load);
+        let mut found = MapSlopes {
+            forces: [0.0; 2],
+            by_slip: [0.0; 2],
+            by_load: [0.0; 2],
+        };
+        for (output, [value, slope]) in sums.iter().enumerate() {
+            let arm = if output == 0 { 1.0 } else { self.radius };
+            let share = dot(value, &over_load);
+            let by_x = dot(value, &over_load_slope);
+            let by_s = dot(slope, &over_load);
+            let scale = arm * normal_load;
+            found.forces[output] = share * scale;
+            found.by_slip[output] = (by_s * s_rate + by_x * x_by_slip) * scale;
+            found.by_load[output] = share * arm + by_x * x_by_load * scale;
+        }
+        Ok(found)
+    }
+
+    /// Scaled slip and load, and ln of the top with its slope; an error outside.
+    fn place(&self, slip: f64, load: f64) -> Result<(f64, f64, (f64, f64)), ModelError> {
+        let (low, high) = self.range.slip;
+        if !(low..=high).contains(&slip) {
+            return Err(outside("slip", slip, low, high));
+        }
+        let s = self.range.scaled_slip(slip);
+        let top = series(&self.top, s);
+        let bottom = self.range.normal_load.0;
+        let x = 2.0 * (load.ln() - bottom.ln()) / (top.0 - bottom.ln()) - 1.0;
+        // Rounding of the logarithms at the edges.
+        if (-1.0 - 1e-12..=1.0 + 1e-12).contains(&x) {
+            return Ok((s, x, top));
+        }
+        let high = top.0.exp();
+        let limit = high / BELOW_LIMIT;
+        if self.limited && load > limit {
+            return Err(ModelError::NoEquilibrium {
+                load,
+                max_load: limit,
+            });
+        }
+        Err(outside("normal_load", load, bottom, high))
+    }
+
+    /// Slips and loads of a grid, row by row, and pull and torque there.
+    fn solve(
+        &self,
+        law: &Law,
+        p: &[f64],
+        width: f64,
+        slips: &[f64],
+        scaled_loads: &[f64],
+    ) -> Result<Grid, ModelError> {
+        let bottom = self.range.normal_load.0.ln();
+        let mut at = Vec::with_capacity(slips.len() * scaled_loads.len());
+        for &slip in slips {
+            let top = series(&self.top, self.range.scaled_slip(slip)).0;
+            at.extend(
+                scaled_loads
+                    .iter()
+                    .map(|x| (slip, (bottom + 0.5 * (x + 1.0) * (top - bottom)).exp())),
+            );
+        }
+        let (slip, normal_load): (Vec<f64>, Vec<f64>) = at.iter().copied().unzip();
+        let columns: Vec<&[f64]> = p.iter().map(std::slice::from_ref).collect();
+        let mut out = BatchForces::default();
+        let batch = Batch {
+            parameters: &columns,
+            slip: &slip,
+            normal_load: &normal_load,
+            radius: self.radius,
+            width,
+        };
+        law.solve_batch(&batch, Precision::Double, &mut out)?;
+        for status in out.status {
+            status?;
+        }
+        let values = out
+            .drawbar_pull
+            .into_iter()
+            .zip(out.resistive_torque)
+            .map(|(d, t)| [d, t])
+            .collect();
+        Ok((at, values))
+    }
+
+    /// Compares with the law between the nodes and on the edges.
+    fn measured(
+        &self,
+        law: &Law,
+        p: &[f64],
+        width: f64,
+        slips: usize,
+        loads: usize,
+    ) -> Result<MapError, ModelError> {
+        let between =
+            |n: usize| (0..=n).map(move |k| -(std::f64::consts::PI * k as f64 / n as f64).cos());
+        let slips: Vec<f64> = between(slips).map(|x| self.range.slip_at(x)).collect();
+        let loads: Vec<f64> = between(loads).collect();
+        let (at, values) = self.solve(law, p, width, &slips, &loads)?;
+        let mut errors = Vec::with_capacity(at.len());
+        for ((slip, load), [pull, torque]) in at.into_iter().zip(values) {
+            let [d, t] = self.forces(slip, load)?;
+            let scale = pull.abs() + torque.abs() / self.radius;
+            let error = ((d - pull) / scale)
+                .abs()
+                .max(((t - torque) / torque).abs());
+            errors.push(if error.is_finite() {
+                error
+            } else {
+                f64::INFINITY
+            });
+        }
+        errors.sort_by(f64::total_cmp);
+        Ok(MapError {
+            max: errors.last().copied().unwrap_or(f64::INFINITY),
+            median: errors
+                .get(errors.len() / 2)
+                .copied()
+                .unwrap_or(f64::INFINITY),
+        })
+    }
+}
+
+/// Slips and loads, and pull and torque.
+type Grid = (Vec<(f64, f64)>, Vec<[f64; 2]>);
+
+impl MapRange {
+    fn check(&self) -> Result<(), ModelError> {
+        let (low, high) = self.slip;
+        if !(low >= 0.0 && low < high && high <= 1.0) {
+            return Err(outside("slip", low, 0.0, 1.0));
+        }
+        let (low, high) = self.normal_load;
+        if !(low > 0.0 && low < high && high.is_finite()) {
+            return Err(outside("normal_load", low, 0.0, f64::MAX));
+        }
+        Ok(())
+    }
+    fn slip_at(&self, scaled: f64) -> f64 {
+        let (low, high) = self.slip;
+        (low + 0.5 * (scaled + 1.0) * (high - low)).clamp(low, high)
+    }
+    fn scaled_slip(&self, slip: f64) -> f64 {
+        let (low, high) = self.slip;
+        2.0 * (slip - low) / (high - low) - 1.0
+    }
+}
+
+fn outside(quantity: &'static str, value: f64, low: f64, high: f64) -> ModelError {
+    ModelError::OutsideMap {
+        quantity,
+        value,
+        low,
+        high,
+    }
+}
+
+/// ln of the largest load as a series in slip, and whether it is the bearing limit's.
+fn tops(
+    law: &Law,
+    p: &[f64],
+    range: &MapRange,
+    slips: &[f64],
+    radius: f64,
+    width: f64,
+) -> Result<(Vec<f64>, bool), ModelError> {
+    let mut limits = Vec::with_capacity(slips.len());
+    let edges = [range.slip.0, range.slip.1];
+    let mut reached = false;
+    for (k, &slip) in slips.iter().chain(&edges).enumerate() {
+        let limit = match law.forces(p, &Contact::new(slip, UNBEARABLE, radius, width)) {
+            Err(ModelError::NoEquilibrium { max_load, .. }) => max_load * BELOW_LIMIT,
+            Err(e) => return Err(e),
+            Ok(_) => f64::INFINITY,
+        };
+        reached |= limit < range.normal_load.1;
+        if k < slips.len() {
+            limits.push(limit.ln());
+        }
+    }
+    let least = limits.iter().copied().fold(f64::INFINITY, f64::min).exp();
+    if !reached {
+        return Ok((vec![range.normal_load.1.ln()], false));
+    }
+    if least <= range.normal_load.0 {
+        return Err(ModelError::NoEquilibrium {
+            load: range.normal_load.0,
+            max_load: least,
+        });
+    }
+    Ok((coefficients(&limits), true))
+}
+
+/// Node k of n on \[-1, 1\].
+fn chebyshev(k: usize, n: usize) -> f64 {
+    -(std::f64::consts::PI * (k as f64 + 0.5) / n as f64).cos()
+}
+
+/// Coefficients of the series through values at the nodes.
+fn coefficients(values: &[f64]) -> Vec<f64> {
+    let n = values.len();
+    (0..n)
+        .map(|j| {
+            let sum: f64 = values
+                .iter()
+                .enumerate()
+                .map(|(k, v)| {
+                    let angle = std::f64::consts::PI * (k as f64 + 0.5) / n as f64;
+                    // Nodes run from -1 up.
+                    let sign = if j % 2 == 1 { -1.0 } else { 1.0 };
+                    v * sign * (j as f64 * angle).cos()
+                })
+                .sum();
+            sum * if j == 0 { 1.0 } else { 2.0 } / n as f64
+        })
+        .collect()
+}
+
+/// A series and its slope.
+fn series(coefficients: &[f64], x: f64) -> (f64, f64) {
+    let (mut sum, mut slope) = (0.0, 0.0);
+    let (mut before, mut now) = ((x, 1.0), (1.0, 0.0));
+    for &c in coefficients {
+        sum += c * now.0;
+        slope += c * now.1;
+        let next = (
+            2.0 * x * now.0 - before.0,
+            2.0 * (now.0 + x * now.1) - before.1,
+        );
+        (before, now) = (now, next);
+    }
+    (sum, slope)
+}
+
+/// T_0(x), T_1(x), ... in vectors of eight.
+fn polynomials(x: f64) -> [Lanes; CHUNKS] {
+    let (mut before, mut now) = (x, 1.0);
+    pack(|| {
+        let value = now;
+        (before, now) = (now, 2.0 * x * now - before);
+        value
+    })
+}
+
+/// Their slopes.
+fn polynomial_slopes(x: f64) -> [Lanes; CHUNKS] {
+    let (mut before, mut now) = ((x, 1.0), (1.0, 0.0));
+    pack(|| {
+        let slope = now.1;
+        let next = (
+            2.0 * x * now.0 - before.0,
+            2.0 * (now.0 + x * now.1) - before.1,
+        );
+        (before, now) = (now, next);
+        slope
+    })
+}
+
+fn pack(mut next: impl FnMut() -> f64) -> [Lanes; CHUNKS] {
+    std::array::from_fn(|_| {
+        let eight: [f64; 8] = std::array::from_fn(|_| next());
+        Lanes(wide::f64x8::new(eight))
+    })
+}
+
+fn dot(a: &[Lanes; CHUNKS], b: &[Lanes; CHUNKS]) -> f64 {
+    let mut sum = Lanes::zero();
+    for (a, b) in a.iter().zip(b) {
+        sum = a.mul_add(*b, sum);
+    }
+    sum.0.reduce_add()
+}

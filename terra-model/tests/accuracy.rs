@@ -1,0 +1,449 @@
+//! How exact each way of solving the Wong-Reece wheel is, over 21 soils x 5 slips x 3 loads: largest and median
+//! e = max(|Δθ1|/θ1, |ΔT|/|T|, |ΔD|/(|D| + |T|/R)).
+//!
+//! The reference is a second quadrature that shares nothing with the library: Gauss-Jacobi nodes for the weight u^n and
+//! Gauss-Legendre nodes for the rest, on each branch alone, and a bisected root.
+
+#![allow(clippy::unwrap_used, clippy::panic)]
+
+use std::num::NonZeroUsize;
+
+use gauss_quad::{FiniteAboveNegOneF64, GaussJacobi, GaussLegendre};
+use terra_model::models::{Accuracy, WongReece};
+use terra_model::{
+    Batch, BatchForces, Contact, ForceLaw, ForceMap, Law, MapRange, ModelError, Precision,
+    Registry, catalogue,
+};
+
+const R: f64 = 0.254;
+const B: f64 = 0.15;
+const SLIPS: [f64; 5] = [0.05, 0.2, 0.4, 0.7, 0.95];
+const LOADS: [f64; 3] = [100.0, 245.25, 600.0];
+
+/// θ1, D, T.
+type Three = [f64; 3];
+
+/// Nodes and weights on [0, 1].
+fn unit(pairs: impl Iterator<Item = (f64, f64)>, scale: f64) -> Vec<(f64, f64)> {
+    pairs.map(|(x, w)| (0.5 * (1.0 + x), w * scale)).collect()
+}
+
+struct Quadrature {
+    power: Vec<(f64, f64)>,
+    plain: Vec<(f64, f64)>,
+}
+
+impl Quadrature {
+    fn new(n: f64) -> Self {
+        let degree = NonZeroUsize::new(40).unwrap();
+        let exponent = |x: f64| FiniteAboveNegOneF64::new(x).unwrap();
+        let jacobi = GaussJacobi::new(degree, exponent(0.0), exponent(n));
+        let legendre = GaussLegendre::new(degree);
+        Quadrature {
+            power: unit(
+                jacobi.as_node_weight_pairs().iter().copied(),
+                0.5_f64.powf(n + 1.0),
+            ),
+            plain: unit(legendre.as_node_weight_pairs().iter().copied(), 0.5),
+        }
+    }
+
+    /// W, D, T at an entry angle by equations 13-20 as they are written.
+    fn forces(&self, p: &[f64], i: f64, entry: f64) -> Three {
+        let &[k_c, k_phi, n, c, phi, modulus, c1, c2] = p else {
+            panic!("eight parameters")
+        };
+        let k = k_c / B + k_phi;
+        let apex = (c1 + c2 * i) * entry;
+        let strain = |angle: f64| {
+            // (θ1 - θ) - (1 - i)(sin θ1 - sin θ), the sines by their product.
+            let sines = 2.0 * (0.5 * (entry + angle)).cos() * (0.5 * (entry - angle)).sin();
+            -(-R / modulus * ((entry - angle) - (1.0 - i) * sines)).exp_m1()
+        };
+        let mut total = [0.0; 3];
+        let mut add = |normal: f64, shear: f64, angle: f64| {
+            let (sin, cos) = angle.sin_cos();
+            total[0] += R * B * (normal * cos + shear * sin);
+            total[1] += R * B * (shear * cos - normal * sin);
+            total[2] += R * R * B * shear;
+        };
+        for (length, start, towards) in [(entry - apex, entry, -1.0), (apex, 0.0, 1.0)] {
+            let angle = |u: f64| start + towards * u * length;
+            for &(u, w) in &self.power {
+                let front = entry - u * (entry - apex);
+                // cos θ - cos θ1 over u
+                let drop = 2.0 * (0.5 * (entry + front)).sin() * (0.5 * (entry - front)).sin() / u;
+                let sigma = k * (R * drop).powf(n) * w * length;
+                add(sigma, sigma * phi.tan() * strain(angle(u)), angle(u));
+            }
+            for &(u, w) in &self.plain {
+                add(0.0, c * w * length * strain(angle(u)), angle(u));
+            }
+        }
+        total
+    }
+
+    /// θ1, D, T; none without an equilibrium.
+    fn solve(&self, p: &[f64], i: f64, load: f64) -> Option<Three> {
+        let (mut low, mut high) = (1e-6_f64.ln(), std::f64::consts::FRAC_PI_2.ln());
+        if self.forces(p, i, high.exp())[0] < load {
+            return None;
+        }
+        for _ in 0..56 {
+            let middle = 0.5 * (low + high);
+            if self.forces(p, i, middle.exp())[0] < load {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        let entry = (0.5 * (low + high)).exp();
+        let [_, pull, torque] = self.forces(p, i, entry);
+        Some([entry, pull, torque])
+    }
+}
+
+struct Case {
+    p: Vec<f64>,
+    slip: f64,
+    load: f64,
+    expected: Option<Three>,
+}
+
+fn law() -> Law {
+    Registry::builtin().law("wong-reece").unwrap()
+}
+
+fn the_box() -> Vec<Case> {
+    let (law, mut cases) = (law(), vec![]);
+    for soil in catalogue::set("wong21").unwrap() {
+        let p = soil.parameters(law.model()).unwrap();
+        let quadrature = Quadrature::new(p[2]);
+        for slip in SLIPS {
+            for load in LOADS {
+                let expected = quadrature.solve(&p, slip, load);
+                cases.push(Case {
+                    p: p.clone(),
+                    slip,
+                    load,
+                    expected,
+                });
+            }
+        }
+    }
+    assert_eq!(cases.len(), 315);
+    cases
+}
+
+fn error([entry, pull, torque]: Three, [e, d, t]: Three) -> f64 {
+    let pull_scale = d.abs() + t.abs() / R;
+    ((entry - e) / e)
+        .abs()
+        .max(((torque - t) / t).abs())
+        .max((pull - d).abs() / pull_scale)
+}
+
+/// Largest and median error of `solve` where there is an equilibrium; elsewhere it must say so.
+fn errors(
+    name: &str,
+    cases: &[Case],
+    mut solve: impl FnMut(usize, &Case) -> Result<Three, ModelError>,
+) -> (f64, f64) {
+    let mut errors = vec![];
+    for (item, case) in cases.iter().enumerate() {
+        match (solve(item, case), case.expected) {
+            (Ok(found), Some(expected)) => errors.push(error(found, expected)),
+            (Err(ModelError::NoEquilibrium { load, max_load }), None) => {
+                assert!(load == case.load && max_load < load);
+            }
+            (found, expected) => panic!("{name}: {found:?}, expected {expected:?}"),
+        }
+    }
+    assert!(errors.len() > 290, "{}", errors.len());
+    errors.sort_by(f64::total_cmp);
+    let (max, median) = (errors[errors.len() - 1], errors[errors.len() / 2]);
+    println!(
+        "{name}: {} of 315, max {max:.1e}, median {median:.1e}",
+        errors.len()
+    );
+    (max, median)
+}
+
+#[test]
+fn each_tier_keeps_its_bound() {
+    let cases = the_box();
+    for (accuracy, most, half) in [
+        (Accuracy::Reference, 1e-12, 1e-13),
+        (Accuracy::Fine, 1e-11, 1e-13),
+        (Accuracy::Default, 1e-7, 1e-10),
+    ] {
+        let (max, median) = errors(&format!("{accuracy:?}"), &cases, |_, case| {
+            let at = Contact::new(case.slip, case.load, R, B);
+            let f = WongReece.forces_within(&case.p, &at, accuracy)?;
+            Ok([f.angles.unwrap().entry, f.drawbar_pull, f.resistive_torque])
+        });
+        assert!(
+            max <= most && median <= half,
+            "{accuracy:?}: {max} {median}"
+        );
+    }
+}
+
+#[test]
+fn the_law_is_of_the_fine_tier() {
+    let law = law();
+    let (max, _) = errors("wong-reece", &the_box(), |_, case| {
+        let f = law.forces(&case.p, &Contact::new(case.slip, case.load, R, B))?;
+        Ok([f.angles.unwrap().entry, f.drawbar_pull, f.resistive_torque])
+    });
+    assert!(max <= 1e-11, "{max}");
+}
+
+/// The same contact, started from the entry angle of another.
+#[test]
+fn a_warm_start_changes_nothing() {
+    let law = law();
+    for case in the_box() {
+        let at = Contact::new(case.slip, case.load, R, B);
+        let Ok(cold) = law.forces(&case.p, &at) else {
+            continue;
+        };
+        let entry = cold.angles.unwrap().entry;
+        for factor in [0.3, 0.97, 1.0, 1.02, 2.0] {
+            let start = (entry * factor).min(1.5);
+            let warm = WongReece.forces_from(&case.p, &at, start).unwrap();
+            let three = |f: &terra_model::WheelForces<f64>| {
+                [f.angles.unwrap().entry, f.drawbar_pull, f.resistive_torque]
+            };
+            let e = error(three(&warm), three(&cold));
+            assert!(e < 1e-11, "{e} from {factor} at slip {}", case.slip);
+        }
+    }
+}
+
+#[test]
+fn a_batch_keeps_its_bound_and_tells_each_item_its_own_fault() {
+    let cases = the_box();
+    let columns: Vec<Vec<f64>> = (0..8)
+        .map(|k| cases.iter().map(|c| c.p[k]).collect())
+        .collect();
+    let columns: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
+    let slip: Vec<f64> = cases.iter().map(|c| c.slip).collect();
+    let normal_load: Vec<f64> = cases.iter().map(|c| c.load).collect();
+    let batch = Batch {
+        parameters: &columns,
+        slip: &slip,
+        normal_load: &normal_load,
+        radius: R,
+        width: B,
+    };
+    for (precision, most, half) in [
+        (Precision::Double, 1e-7, 1e-10),
+        (Precision::Single, 1e-5, 1e-6),
+    ] {
+        let mut out = BatchForces::default();
+        law().solve_batch(&batch, precision, &mut out).unwrap();
+        let (max, median) = errors(&format!("batch {precision:?}"), &cases, |item, _| {
+            out.status[item].clone().map(|_| {
+                [
+                    out.entry_angle[item],
+                    out.drawbar_pull[item],
+                    out.resistive_torque[item],
+                ]
+            })
+        });
+        assert!(
+            max <= most && median <= half,
+            "{precision:?}: {max} {median}"
+        );
+    }
+}
+
+/// Illegal, braking and infeasible items among good ones, and batches that do not fill a lane.
+#[test]
+fn an_item_answers_as_it_would_alone() {
+    let law = law();
+    let soil = |id: &str| {
+        catalogue::find(id)
+            .unwrap()
+            .parameters(law.model())
+            .unwrap()
+    };
+    let sand = soil("dry_sand");
+    let mut bad = sand.clone();
+    bad[2] = -1.0;
+    let mut broken = sand.clone();
+    broken[5] = f64::NAN;
+    let snow = soil("snow_sweden");
+    let items: Vec<(&[f64], f64, f64)> = vec![
+        (&sand, 0.2, 245.25),
+        (&snow, 0.4, 1e5),
+        (&bad, 0.2, 245.25),
+        (&sand, -0.3, 245.25),
+        (&broken, 0.2, 245.25),
+        (&sand, f64::NAN, 245.25),
+        (&sand, 1.5, 245.25),
+        (&snow, 0.1, 100.0),
+        (&sand, 0.0, 245.25),
+        (&sand, 1.0, 245.25),
+        (&sand, 0.3, -5.0),
+        (&sand, 0.3, f64::INFINITY),
+        (&sand, 0.9, 2452.5),
+        (&sand, -1.0, 245.25),
+        (&sand, 0.25, 300.0),
+        (&sand, 0.25, 1e-3),
+        (&sand, 0.26, 301.0),
+    ];
+    for count in [1, 7, 8, 9, 16, items.len()] {
+        let items = &items[..count];
+        let columns: Vec<Vec<f64>> = (0..8)
+            .map(|k| items.iter().map(|(p, ..)| p[k]).collect())
+            .collect();
+        let columns: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
+        let slip: Vec<f64> = items.iter().map(|i| i.1).collect();
+        let normal_load: Vec<f64> = items.iter().map(|i| i.2).collect();
+        let batch = Batch {
+            parameters: &columns,
+            slip: &slip,
+            normal_load: &normal_load,
+            radius: R,
+            width: B,
+        };
+        for (precision, tolerance) in [(Precision::Double, 1e-7), (Precision::Single, 1e-4)] {
+            let mut out = BatchForces::default();
+            law.solve_batch(&batch, precision, &mut out).unwrap();
+            assert_eq!(out.status.len(), count);
+            for (item, &(p, slip, load)) in items.iter().enumerate() {
+                match law.forces(p, &Contact::new(slip, load, R, B)) {
+                    Ok(f) => {
+                        assert_eq!(out.status[item], Ok(f.flags), "item {item}");
+                        let scale = f.drawbar_pull.abs() + f.resistive_torque.abs() / R;
+                        let pull = (out.drawbar_pull[item] - f.drawbar_pull).abs() / scale;
+                        let sinkage = out.sinkage[item] / f.sinkage.unwrap() - 1.0;
+                        assert!(pull < tolerance && sinkage.abs() < tolerance, "item {item}");
+                    }
+                    Err(e) => {
+                        // NaN is not equal to itself, so by what it says.
+                        let said = out.status[item].clone().unwrap_err();
+                        assert_eq!(said.to_string(), e.to_string(), "item {item}");
+                        assert!(out.drawbar_pull[item].is_nan());
+                    }
+                }
+            }
+        }
+    }
+    let shared: &[f64] = &[1.0];
+    let batch = Batch {
+        parameters: &[shared; 8],
+        slip: &[0.1, 0.2],
+        normal_load: &[1.0],
+        radius: R,
+        width: B,
+    };
+    let wrong = law.solve_batch(&batch, Precision::Double, &mut BatchForces::default());
+    assert_eq!(
+        wrong,
+        Err(ModelError::BatchLength {
+            expected: 2,
+            found: 1
+        })
+    );
+}
+
+/// Over slips .02 to 1 and loads 60 to 600 N every soil's map is right to 1e-4, and says where it ends.
+#[test]
+fn maps_are_right_to_their_bound_and_end_at_the_bearing_limit() {
+    let law = law();
+    let range = MapRange {
+        slip: (0.02, 1.0),
+        normal_load: (60.0, 600.0),
+    };
+    let mut limited = 0;
+    for soil in catalogue::set("wong21").unwrap() {
+        let p = soil.parameters(law.model()).unwrap();
+        let map = ForceMap::within(&law, &p, range, R, B, 1e-4).unwrap();
+        println!("{}: {:?}", soil.id, map.error());
+        let mut worst = 0.0_f64;
+        for a in 0..23 {
+            let slip = 0.02 + 0.98 * f64::from(a) / 22.0;
+            for b in 0..17 {
+                let load = 60.0 * 10_f64.powf(f64::from(b) / 16.0).min(10.0);
+                let at = Contact::new(slip, load, R, B);
+                match (map.forces(slip, load), law.forces(&p, &at)) {
+                    (Ok([pull, torque]), Ok(f)) => {
+                        let entry = f.angles.unwrap().entry;
+                        let expected = [entry, f.drawbar_pull, f.resistive_torque];
+                        worst = worst.max(error([entry, pull, torque], expected));
+                    }
+                    // Refused by the map only within half a percent of the limit.
+                    (Err(ModelError::OutsideMap { high, .. }), Ok(_)) => {
+                        assert!(load > high && high < 600.0, "{slip} {load} {high}");
+                        let beyond = Contact::new(slip, high / 0.99, R, B);
+                        assert!(law.forces(&p, &beyond).is_err(), "{slip} {load} {high}");
+                    }
+                    (Err(_), Err(ModelError::NoEquilibrium { .. })) => limited += 1,
+                    (found, expected) => panic!("{}: {found:?} {expected:?}", soil.id),
+                }
+            }
+        }
+        // The bound was measured at other points than these.
+        assert!(worst < 2e-4, "{}: {worst:.1e}", soil.id);
+        for (slip, load) in [(0.01, 100.0), (0.5, 59.0), (1.1, 100.0), (f64::NAN, 100.0)] {
+            let said = map.forces(slip, load);
+            assert!(
+                matches!(said, Err(ModelError::OutsideMap { .. })),
+                "{said:?}"
+            );
+        }
+    }
+    assert!(limited > 10, "{limited}");
+}
+
+/// Slopes of a map against differences of its own values, with and without a bearing limit in it.
+#[test]
+fn slopes_of_a_map_are_those_of_its_values() {
+    let law = law();
+    let range = MapRange {
+        slip: (0.02, 1.0),
+        normal_load: (60.0, 600.0),
+    };
+    for id in ["dry_sand", "snow_us_harrison_1", "lean_clay_22"] {
+        let soil = catalogue::find(id).unwrap();
+        let p = soil.parameters(law.model()).unwrap();
+        let map = ForceMap::within(&law, &p, range, R, B, 1e-4).unwrap();
+        for (slip, load) in [(0.1, 100.0), (0.3, 180.0), (0.55, 90.0)] {
+            let found = map.slopes(slip, load).unwrap();
+            let (hs, hw) = (1e-5, 1e-5 * load);
+            let value = |s, w| map.forces(s, w).unwrap();
+            for k in 0..2 {
+                let by_slip = (value(slip + hs, load)[k] - value(slip - hs, load)[k]) / (2.0 * hs);
+                let by_load = (value(slip, load + hw)[k] - value(slip, load - hw)[k]) / (2.0 * hw);
+                let scale = load * if k == 0 { 1.0 } else { R };
+                assert!((found.forces[k] - value(slip, load)[k]).abs() < 1e-13 * scale);
+                assert!((found.by_slip[k] - by_slip).abs() < 1e-6 * scale, "{id}");
+                assert!(
+                    (found.by_load[k] - by_load).abs() < 1e-6 * scale / load,
+                    "{id}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn zz_debug() {
+    let law = law();
+    let p = catalogue::find("snow_sweden")
+        .unwrap()
+        .parameters(law.model())
+        .unwrap();
+    let mut at = Contact::new(-0.3, 1000.0, R, B);
+    at.hooks.exit_ratio = 0.9;
+    for a in [Accuracy::Default, Accuracy::Fine, Accuracy::Reference] {
+        let f = WongReece.forces_within(&p, &at, a).unwrap();
+        println!(
+            "{a:?} {:?} {} {}",
+            f.angles, f.drawbar_pull, f.resistive_torque
+        );
+    }
+}
