@@ -193,7 +193,10 @@ impl From<GapError> for CliError {
                 }
             }
             GapError::Model(e) => e.into(),
-            GapError::NoiseMissing { .. } | GapError::Mismatch(_) | GapError::Soil(_) => {
+            GapError::NoiseMissing { .. }
+            | GapError::Mismatch(_)
+            | GapError::Calibration(_)
+            | GapError::Soil(_) => {
                 CliError::Rover {
                     message,
                     help: None,

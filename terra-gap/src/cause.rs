@@ -1,8 +1,10 @@
 //! From evidences to probabilities, and the set of answers that holds 90 % of them.
 
+use crate::calibration::{Calibration, Evidence, Weight};
 use crate::evidence::log_sum_exp;
+use crate::rivals::Rivals;
 use crate::settings::{LogKind, Settings};
-use crate::setup::{ADEQUATE, LOOK_ALIKE, Screened};
+use crate::setup::{ADEQUATE, LOOK_ALIKE};
 use crate::weigh::Weighed;
 
 /// What kind of answer a cause is.
@@ -48,35 +50,149 @@ pub(crate) struct Ranking {
     pub probability_none: f64,
     /// Probability that something unknown is.
     pub probability_unknown: f64,
-    /// Smallest set of answers that holds 90 %.
+    /// Smallest set of answers that holds the truth in 90 % of calibration cases.
     pub set: Vec<String>,
 }
 
-/// Probability a set must hold.
-const SET_PROBABILITY: f64 = 0.9;
 /// Prior of a pair relative to a single.
 const PAIR_PRIOR: f64 = 0.1;
 
-/// Ranks all rivals.
-pub(crate) fn rank(
-    null: &Weighed,
-    singles: &[(usize, Vec<Weighed>)],
-    structures: &[Weighed],
-    pairs: &[Weighed],
-    log_unknown: f64,
-    screen: &[Screened],
-    settings: &Settings,
-    kind: LogKind,
-) -> Ranking {
-    let mut causes: Vec<Cause> = vec![];
-    // Forms of one name are averaged: each (effect form, structure) has an equal share of the name's prior.
+/// All answers with their priors and evidences, before any of them has a probability.
+pub(crate) struct Answers {
+    causes: Vec<Cause>,
+    /// Of every cause, then of none, then of unknown.
+    weights: Vec<Weight>,
+    /// The nominal model misfits by more than noise and parameters explain.
+    inadequate_null: bool,
+}
+
+impl Answers {
+    /// Gathers all rivals.
+    pub(crate) fn new(rivals: &Rivals, settings: &Settings, kind: LogKind) -> Self {
+        let null = &rivals.null_weighed;
+        let mut causes = singles(rivals);
+        let whole = |name: String, kind, w: &Weighed| Cause {
+            name,
+            kind,
+            probability: 0.0,
+            log_evidence_gain: w.log_evidence - null.log_evidence,
+            absorbed: None,
+            power: None,
+            form: "default".to_owned(),
+            indistinguishable_from: vec![],
+            weighed: w.clone(),
+        };
+        causes.extend(rivals.structures.iter().map(|w| {
+            whole(
+                format!("structure:{}", w.hypothesis.law.model().name()),
+                CauseKind::Structure,
+                w,
+            )
+        }));
+        causes.extend(
+            rivals
+                .pairs
+                .iter()
+                .map(|w| whole(w.hypothesis.effect_name(), CauseKind::Combination, w)),
+        );
+        let shares: Vec<f64> = causes
+            .iter()
+            .map(|c| match c.kind {
+                CauseKind::Combination => PAIR_PRIOR,
+                _ => 1.0,
+            })
+            .collect();
+        let (none, unknown) = (settings.gap.prior_none, settings.gap.prior_unknown);
+        let rest = (1.0 - none - unknown).max(0.0) / shares.iter().sum::<f64>().max(1.0);
+        let mut weights: Vec<Weight> = causes
+            .iter()
+            .zip(&shares)
+            .map(|(c, share)| Weight {
+                ln_prior: (share * rest).ln(),
+                gain: c.log_evidence_gain,
+                // On a rig pairs were held against the noise alone too, which their gain does not show.
+                second: c.kind == CauseKind::Combination && kind == LogKind::Drive,
+            })
+            .collect();
+        let alone = |prior: f64, gain| Weight {
+            ln_prior: prior.ln(),
+            gain,
+            second: false,
+        };
+        weights.push(alone(none, 0.0));
+        weights.push(alone(unknown, rivals.log_unknown - null.log_evidence));
+        Answers {
+            causes,
+            weights,
+            // "None" means nothing beyond noise and parameters. Where only a discrepancy of form makes the nominal model
+            // fit, what is missing is unknown.
+            inadequate_null: kind == LogKind::Rig && null.chi2_per_value() > ADEQUATE,
+        }
+    }
+
+    /// The answers without their fits.
+    pub(crate) fn evidence(&self) -> Evidence {
+        let mut names: Vec<String> = self.causes.iter().map(|c| c.name.clone()).collect();
+        names.extend(["none".to_owned(), "unknown".to_owned()]);
+        Evidence {
+            names,
+            weights: self.weights.clone(),
+        }
+    }
+
+    /// Probabilities under a calibration, and the set of answers.
+    pub(crate) fn rank(self, calibration: &Calibration) -> Ranking {
+        let p = calibration.probabilities(&self.weights);
+        let mut causes = self.causes;
+        for (c, p) in causes.iter_mut().zip(&p) {
+            c.probability = *p;
+        }
+        let (mut probability_none, mut probability_unknown) =
+            (p[causes.len()], p[causes.len() + 1]);
+        if self.inadequate_null {
+            probability_unknown += probability_none;
+            probability_none = 0.0;
+        }
+        causes.sort_by(|a, b| {
+            b.probability
+                .total_cmp(&a.probability)
+                .then_with(|| a.name.cmp(&b.name))
+        });
+        let mut answers: Vec<(f64, String)> = causes
+            .iter()
+            .map(|c| (c.probability, c.name.clone()))
+            .collect();
+        answers.push((probability_none, "none".to_owned()));
+        answers.push((probability_unknown, "unknown".to_owned()));
+        answers.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let mut held = 0.0;
+        let mut set = vec![];
+        for (p, name) in answers {
+            if held >= calibration.set_probability {
+                break;
+            }
+            held += p;
+            set.push(name);
+        }
+        Ranking {
+            causes,
+            probability_none,
+            probability_unknown,
+            set,
+        }
+    }
+}
+
+/// Single effects. Forms of one name are averaged: each (form, structure) has an equal share of the name's prior.
+fn singles(rivals: &Rivals) -> Vec<Cause> {
+    let (singles, screen) = (&rivals.singles, &rivals.screen);
     let mut names: Vec<&str> = singles
         .iter()
         .map(|(k, _)| screen[*k].name.as_str())
         .collect();
-    names.dedup();
     names.sort_unstable();
     names.dedup();
+    let mut causes = vec![];
     for name in names {
         let forms: Vec<(usize, &Weighed)> = singles
             .iter()
@@ -102,7 +218,7 @@ pub(crate) fn rank(
             name: name.to_owned(),
             kind: CauseKind::Effect,
             probability: 0.0,
-            log_evidence_gain: evidence - null.log_evidence,
+            log_evidence_gain: evidence - rivals.null_weighed.log_evidence,
             absorbed: Some(score.absorbed),
             power: Some(score.information * s * s),
             form: screen[*k].form.clone(),
@@ -110,87 +226,5 @@ pub(crate) fn rank(
             weighed: (*best).clone(),
         });
     }
-    let whole = |name: String, kind, w: &Weighed| Cause {
-        name,
-        kind,
-        probability: 0.0,
-        log_evidence_gain: w.log_evidence - null.log_evidence,
-        absorbed: None,
-        power: None,
-        form: "default".to_owned(),
-        indistinguishable_from: vec![],
-        weighed: w.clone(),
-    };
-    causes.extend(structures.iter().map(|w| {
-        whole(
-            format!("structure:{}", w.hypothesis.law.model().name()),
-            CauseKind::Structure,
-            w,
-        )
-    }));
-    causes.extend(
-        pairs
-            .iter()
-            .map(|w| whole(w.hypothesis.effect_name(), CauseKind::Combination, w)),
-    );
-
-    let weights: Vec<f64> = causes
-        .iter()
-        .map(|c| {
-            if c.kind == CauseKind::Combination {
-                PAIR_PRIOR
-            } else {
-                1.0
-            }
-        })
-        .collect();
-    let (none, unknown) = (settings.gap.prior_none, settings.gap.prior_unknown);
-    let rest = (1.0 - none - unknown).max(0.0) / weights.iter().sum::<f64>().max(1.0);
-    let mut logs: Vec<f64> = causes
-        .iter()
-        .zip(&weights)
-        .map(|(c, w)| (w * rest).ln() + c.log_evidence_gain)
-        .collect();
-    logs.push(none.ln());
-    logs.push(unknown.ln() + log_unknown - null.log_evidence);
-    let total = log_sum_exp(logs.iter().copied());
-    let p: Vec<f64> = logs.iter().map(|l| (l - total).exp()).collect();
-    for (c, p) in causes.iter_mut().zip(&p) {
-        c.probability = *p;
-    }
-    let (mut probability_none, mut probability_unknown) = (p[causes.len()], p[causes.len() + 1]);
-    if kind == LogKind::Rig && null.chi2_per_value() > ADEQUATE {
-        // "None" means nothing beyond noise and parameters. Where only a discrepancy of form makes the nominal model
-        // fit, what is missing is unknown.
-        probability_unknown += probability_none;
-        probability_none = 0.0;
-    }
-    causes.sort_by(|a, b| {
-        b.probability
-            .total_cmp(&a.probability)
-            .then_with(|| a.name.cmp(&b.name))
-    });
-
-    let mut answers: Vec<(f64, String)> = causes
-        .iter()
-        .map(|c| (c.probability, c.name.clone()))
-        .collect();
-    answers.push((probability_none, "none".to_owned()));
-    answers.push((probability_unknown, "unknown".to_owned()));
-    answers.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let mut held = 0.0;
-    let mut set = vec![];
-    for (p, name) in answers {
-        if held >= SET_PROBABILITY {
-            break;
-        }
-        held += p;
-        set.push(name);
-    }
-    Ranking {
-        causes,
-        probability_none,
-        probability_unknown,
-        set,
-    }
+    causes
 }

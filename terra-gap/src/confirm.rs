@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use nalgebra::DMatrix;
 use rayon::prelude::*;
-use terra_model::AnyEffect;
+use terra_model::{AnyEffect, Touch};
 
 use crate::dataset::{DataSet, Predictor};
 use crate::fit::{Fit, evaluate};
@@ -148,7 +148,7 @@ pub(crate) fn confirm_singles<P: Predictor>(
                     other.resize(h.len(), 1.0);
                     let starts = match setup.kind {
                         LogKind::Rig => vec![near, off, other],
-                        LogKind::Drive => vec![near],
+                        LogKind::Drive => far_start(&**effect, near),
                     };
                     let guess = (setup.kind == LogKind::Drive)
                         .then(|| screen[k].score.beside(&null_weighed.plain.jacobian));
@@ -158,6 +158,22 @@ pub(crate) fn confirm_singles<P: Predictor>(
             (!weighed.is_empty()).then_some((k, weighed))
         })
         .collect()
+}
+
+/// A fit of physics at the contact is far from linear: a one-sided effect can sit at its bound although it is there, the soil
+/// having moved the other way. Such effects also start one prior sd out. Instruments are nearly linear and need one start.
+fn far_start(effect: &dyn AnyEffect, near: Vec<f64>) -> Vec<Vec<f64>> {
+    let physical = [Touch::Contact, Touch::Forces]
+        .iter()
+        .any(|t| effect.touches().contains(t));
+    if !physical {
+        return vec![near];
+    }
+    let mut far = near.clone();
+    if let Some(last) = far.last_mut() {
+        *last = if *last < 0.5 { 1.0 } else { 2.0 };
+    }
+    vec![near, far]
 }
 
 /// Best partners of the best singles, screened around them, then fitted jointly.
@@ -255,6 +271,10 @@ pub(crate) fn confirm_pairs<P: Predictor>(
             };
             let guess = (kind == LogKind::Drive).then_some(guess);
             let pair = weigh(data, predictor, &h, levels, &starts, guess).ok()?;
+            if kind == LogKind::Drive {
+                // How much a second cause must gain there is a matter of calibration.
+                return Some(pair);
+            }
             // A second cause must earn its place against the better of the two alone.
             let alone = |evidence: fn(&Weighed) -> f64| {
                 singles

@@ -59,6 +59,13 @@ pub(crate) trait Predictor: Sync + Send + Sized {
         raw: &[T],
     ) -> Result<Vec<T>, GapError>;
 
+    /// Where the values of an observation stand in `raw`, in their order.
+    fn value_positions(&self, index: usize) -> Vec<usize>;
+
+    /// The same with other raw quantities for some observations.
+    #[must_use]
+    fn with_raw(&self, replaced: &[(usize, Vec<f64>)]) -> Self;
+
     /// Experiments that could be made with this vehicle or rig, as variations of the data at hand.
     fn designs(&self, data: &DataSet) -> Vec<Design<Self>>;
 }

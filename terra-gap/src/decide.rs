@@ -1,5 +1,6 @@
 //! From probabilities to words.
 
+use crate::calibration::Calibration;
 use crate::cause::{Cause, CauseKind, Ranking};
 use crate::fit::Fit;
 use crate::hypothesis::Hypothesis;
@@ -7,8 +8,6 @@ use crate::settings::LogKind;
 use crate::setup::ADEQUATE;
 use crate::weigh::Weighed;
 
-/// Nats that the best of thirty effects gains on a log without any: below it nothing is said to be missing.
-const NULL_GAIN: f64 = 3.0;
 /// Nats within which explanations are equally near.
 const NEAREST: f64 = 5.0;
 
@@ -22,7 +21,12 @@ pub(crate) struct Decision {
 }
 
 /// From probabilities to words. A failed gate turns a name into `unknown`, never the reverse.
-pub(crate) fn decide(ranking: &Ranking, null: &Weighed, kind: LogKind) -> Decision {
+pub(crate) fn decide(
+    ranking: &Ranking,
+    null: &Weighed,
+    kind: LogKind,
+    calibration: &Calibration,
+) -> Decision {
     let mut out = Decision {
         verdict: "none",
         reason: None,
@@ -39,6 +43,10 @@ pub(crate) fn decide(ranking: &Ranking, null: &Weighed, kind: LogKind) -> Decisi
         .collect();
     let best = named.first().map_or(0.0, |c| c.probability);
     let (none, unknown) = (ranking.probability_none, ranking.probability_unknown);
+    let gain = causes
+        .iter()
+        .map(|c| c.log_evidence_gain)
+        .fold(f64::NEG_INFINITY, f64::max);
 
     if gated && null_chi2 > ADEQUATE && unknown > best {
         // A smooth error of the wheel law's form would do as well as any name, but noise alone does not explain the
@@ -52,12 +60,11 @@ pub(crate) fn decide(ranking: &Ranking, null: &Weighed, kind: LogKind) -> Decisi
         if let Some(c) = closest.first() {
             accept(&mut out, c);
         }
-    } else if none >= best && none >= unknown {
-        let gain = causes
-            .iter()
-            .map(|c| c.log_evidence_gain)
-            .fold(f64::NEG_INFINITY, f64::max);
-        out.verdict = if ranking.set.len() == 1 || gain < NULL_GAIN {
+    } else if (none >= best && none >= unknown)
+        || (best >= unknown && gain < calibration.null_gain && !(gated && null_chi2 > ADEQUATE))
+    {
+        // An effect that gains no more than the best of thirty does on logs without any is not there.
+        out.verdict = if ranking.set.len() == 1 || gain < calibration.null_gain {
             "none"
         } else {
             "ambiguous"

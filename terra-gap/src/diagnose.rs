@@ -1,12 +1,9 @@
 //! The diagnosis from end to end: gate, null re-fit, screen, confirm, combine, unknown, hold out, decide.
 
-use std::sync::Arc;
-
-use rayon::prelude::*;
-
+use crate::calibrate::calibrate;
+use crate::calibration::{Calibration, Evidence};
 use crate::candidates::{Candidates, gate};
-use crate::cause::{Cause, rank};
-use crate::confirm::{confirm_pairs, confirm_singles, screen_all};
+use crate::cause::{Answers, Cause};
 use crate::dataset::{DataSet, Predictor};
 use crate::decide::decide;
 use crate::error::GapError;
@@ -15,11 +12,9 @@ use crate::holdout::{HeldOut, HoldOut, hold_out};
 use crate::hypothesis::Hypothesis;
 use crate::locate::{Place, places};
 use crate::next::{Experiment, suggest};
-use crate::null::{drop_unanswered, refit, starts_of};
+use crate::rivals::weigh_rivals;
 use crate::settings::{LogKind, Settings};
-use crate::setup::{ADEQUATE, Screened, Setup};
-use crate::unknown;
-use crate::weigh::{Amplitudes, Weighed, unknown_amplitudes, weigh};
+use crate::setup::{Screened, Setup};
 
 /// Misfit per value at each step of the way.
 #[derive(Clone, Debug, Default)]
@@ -78,6 +73,10 @@ pub struct Diagnosis {
     pub next: Vec<Experiment>,
     /// Soil directions the data do not determine.
     pub undetermined: Vec<String>,
+    /// What turned evidence into probabilities.
+    pub calibration: Option<Calibration>,
+    /// All answers before calibration.
+    pub evidence: Evidence,
 }
 
 impl Diagnosis {
@@ -110,6 +109,8 @@ impl Diagnosis {
             held_out: None,
             next: vec![],
             undetermined: vec![],
+            calibration: None,
+            evidence: Evidence::default(),
         }
     }
 }
@@ -132,119 +133,21 @@ pub(crate) fn diagnose<P: Predictor>(
         setup.kind,
         settings,
     )?;
-    let null = Hypothesis::null(setup.law.clone(), Arc::clone(&setup.soil));
-    drop_unanswered(&mut data, predictor, &null, &vec![0.0; null.len()]);
-    let free = null.len();
-    if data.len() < free + 3 {
-        let dropped: Vec<String> = data
-            .dropped
-            .iter()
-            .map(|(why, n)| format!("{n} {why}"))
-            .collect();
-        let reason = format!(
-            "{} usable values for {free} soil parameters{}{}",
-            data.len(),
-            if dropped.is_empty() {
-                ""
-            } else {
-                "; left out: "
-            },
-            dropped.join(", ")
-        );
-        return Ok(Diagnosis::unidentifiable(data, setup, candidates, reason));
-    }
-
-    let (null_fit, noise, given) = match refit(&mut data, predictor, setup, &null)? {
-        Some(found) => found,
-        None => {
-            let reason = "the re-fit of the nominal model did not converge".to_owned();
-            return Ok(Diagnosis::unidentifiable(data, setup, candidates, reason));
-        }
+    let rivals = match weigh_rivals(&mut data, predictor, setup, settings, &candidates)? {
+        Ok(rivals) => rivals,
+        Err(reason) => return Ok(Diagnosis::unidentifiable(data, setup, candidates, reason)),
     };
-    let (fitted, centre) = (null_fit, vec![0.0; null.len()]);
-    let plain = noise.whitener(&data)?;
+    let calibration = calibrate(&data, predictor, setup, settings, &candidates, &rivals)?;
     let n = data.len() as f64;
-    let levels = Amplitudes::new(&noise, &data, setup.kind)?;
-    let null_weighed = weigh(
-        &data,
-        predictor,
-        &null,
-        &levels,
-        &match setup.kind {
-            LogKind::Rig => vec![fitted.x.as_slice().to_vec(), centre.clone()],
-            LogKind::Drive => vec![fitted.x.as_slice().to_vec()],
-        },
-        None,
-    )?;
+    let (null, fitted) = (&rivals.null, &rivals.fitted);
+    let answers = Answers::new(&rivals, settings, setup.kind);
+    let evidence = answers.evidence();
+    let ranking = answers.rank(&calibration);
+    let decision = decide(&ranking, &rivals.null_weighed, setup.kind, &calibration);
 
-    let mut not_asked = candidates.not_asked.clone();
-    let (screen, asked) = screen_all(
-        &data,
-        predictor,
-        &null,
-        &null_weighed.fit,
-        &candidates.effects,
-        &plain,
-        &mut not_asked,
-    );
-
-    let singles = confirm_singles(
-        &data,
-        predictor,
-        setup,
-        &null,
-        &null_weighed,
-        &levels,
-        &screen,
-        &asked,
-    );
-    let structures: Vec<Weighed> = setup
-        .structures
-        .par_iter()
-        .filter_map(|(law, soil)| {
-            let h = Hypothesis::null(law.clone(), Arc::clone(soil));
-            let starts = starts_of(&h, setup.kind);
-            weigh(&data, predictor, &h, &levels, &starts, None).ok()
-        })
-        .collect();
-    let pairs = if settings.combine >= 2 {
-        confirm_pairs(
-            &data, predictor, &null, &levels, &singles, &asked, &plain, setup.kind,
-        )
-    } else {
-        vec![]
-    };
-
-    // Unknown: a discrepancy larger than any hypothesis may use, on top of explanations that are not adequate by
-    // themselves. An adequate one with a larger discrepancy is still that explanation.
-    let mut bases: Vec<&Weighed> = singles.iter().flat_map(|(_, w)| w.iter()).collect();
-    bases.sort_by(|a, b| b.log_evidence.total_cmp(&a.log_evidence));
-    bases.truncate(3);
-    bases.retain(|w| setup.kind == LogKind::Drive || w.chi2_per_value() > ADEQUATE);
-    bases.push(&null_weighed);
-    let log_unknown = bases
-        .iter()
-        .map(|w| {
-            w.plain_log_evidence
-                + unknown::gain(&data, &w.plain, &plain, unknown_amplitudes(setup.kind))
-        })
-        .fold(f64::NEG_INFINITY, f64::max);
-
-    let ranking = rank(
-        &null_weighed,
-        &singles,
-        &structures,
-        &pairs,
-        log_unknown,
-        &screen,
-        settings,
-        setup.kind,
-    );
-    let decision = decide(&ranking, &null_weighed, setup.kind);
-
-    let raw_null = residual(&data, predictor, &null, fitted.x.as_slice())?;
+    let raw_null = residual(&data, predictor, null, fitted.x.as_slice())?;
     let rms = channel_rms(&data, raw_null.as_slice());
-    let found = places(&data, &fitted, raw_null.as_slice());
+    let found = places(&data, fitted, raw_null.as_slice());
     let (mut held, mut remainder, mut after) = (None, vec![], None);
     if let Some((h, f)) = &decision.accepted {
         let by = settings
@@ -253,8 +156,8 @@ pub(crate) fn diagnose<P: Predictor>(
         held = Some(hold_out(
             &data,
             predictor,
-            &noise,
-            (&null, fitted.x.as_slice()),
+            &rivals.noise,
+            (null, fitted.x.as_slice()),
             (h, f.x.as_slice()),
             by,
         )?);
@@ -262,17 +165,17 @@ pub(crate) fn diagnose<P: Predictor>(
         remainder = places(&data, f, raw.as_slice());
         after = Some(f.chi2() / n);
     }
-    let next = suggest(&data, predictor, &null_weighed, &ranking);
-    let undetermined = undetermined(&null, &fitted);
+    let next = suggest(&data, predictor, &rivals.null_weighed, &ranking);
+    let undetermined = undetermined(null, fitted);
     Ok(Diagnosis {
         kind: setup.kind,
         model: terra_model::ForceLaw::name(&setup.law),
         waterfall: Waterfall {
-            as_given: Some(given / n),
+            as_given: Some(rivals.given / n),
             refitted: Some(fitted.chi2() / n),
             after,
         },
-        null: Some((null, fitted)),
+        null: Some((rivals.null, rivals.fitted)),
         accepted: decision.accepted,
         accepted_names: decision.accepted_names,
         causes: ranking.causes,
@@ -282,14 +185,16 @@ pub(crate) fn diagnose<P: Predictor>(
         verdict: decision.verdict,
         reason: decision.reason,
         nearest: decision.nearest,
-        screen,
-        not_asked,
+        screen: rivals.screen,
+        not_asked: rivals.not_asked,
         places: found,
         remainder,
         rms,
         held_out: held,
         next,
         undetermined,
+        calibration: Some(calibration),
+        evidence,
         data,
     })
 }

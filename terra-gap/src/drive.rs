@@ -43,6 +43,9 @@ struct Window {
     raw: [f64; RAW],
     /// Which of the seven values were measured.
     measured: Vec<usize>,
+    /// Times from its middle at which forces are evaluated \[s\]: their mean is not the force of the mean motion where slip
+    /// changes within the window.
+    nodes: Vec<f64>,
     pitch: f64,
     payload: f64,
     earlier_passes: f64,
@@ -57,19 +60,16 @@ pub(crate) struct DrivePredictor {
     windows: Vec<Window>,
 }
 
-impl Predictor for DrivePredictor {
-    fn raw(&self, index: usize) -> Vec<f64> {
-        self.windows[index].raw.to_vec()
-    }
-
-    fn residual<T: Scalar>(
+impl DrivePredictor {
+    /// Predicted readings `offset` seconds from the window's middle, on its straight line of motion.
+    fn readings<T: Scalar>(
         &self,
         law: &Law,
         p: &[T],
-        index: usize,
+        window: &Window,
         raw: &[T],
-    ) -> Result<Vec<T>, GapError> {
-        let window = &self.windows[index];
+        offset: f64,
+    ) -> Result<[T; VALUES], GapError> {
         let mut vehicle = lift(&self.vehicle);
         vehicle.pitch = T::from(window.pitch);
         for (effect, e) in law.parts(p).1 {
@@ -78,11 +78,12 @@ impl Predictor for DrivePredictor {
         // The operator weighed the payload; an error of the file's mass does not scale it.
         vehicle.mass += T::from(window.payload);
         let rate = raw[SPEED_RATE];
-        let speed = sensor::truth(law, p, Channel::GroundSpeed, raw[SPEED], rate);
-        let speed_gain = sensor::gain(law, p, Channel::GroundSpeed, raw[SPEED]);
+        let reported = raw[SPEED] + rate * offset;
+        let speed = sensor::truth(law, p, Channel::GroundSpeed, reported, rate);
+        let speed_gain = sensor::gain(law, p, Channel::GroundSpeed, reported);
         let acceleration = rate / speed_gain;
-        let (yaw_rate, wheel): (T, [T; 4]) =
-            (raw[YAW_RATE], std::array::from_fn(|q| raw[WHEEL + q]));
+        let yaw_rate = raw[YAW_RATE] + raw[YAW_ACCELERATION] * offset;
+        let wheel: [T; 4] = std::array::from_fn(|q| raw[WHEEL + q] + raw[WHEEL_RATE + q] * offset);
 
         let (sin, cos) = vehicle.pitch.sin_cos();
         let specific = acceleration + sin * GRAVITY;
@@ -161,11 +162,50 @@ impl Predictor for DrivePredictor {
         predicted[ACCEL] = sensor::report(law, p, Channel::AccelX, felt, zero);
         predicted[SPEED_RATE] = (felt - sin * GRAVITY) * speed_gain;
         predicted[YAW_ACCELERATION] = turning;
+        Ok(predicted)
+    }
+}
+
+impl Predictor for DrivePredictor {
+    fn raw(&self, index: usize) -> Vec<f64> {
+        self.windows[index].raw.to_vec()
+    }
+
+    fn residual<T: Scalar>(
+        &self,
+        law: &Law,
+        p: &[T],
+        index: usize,
+        raw: &[T],
+    ) -> Result<Vec<T>, GapError> {
+        let window = &self.windows[index];
+        let mut predicted = [T::zero(); VALUES];
+        let share = 1.0 / window.nodes.len() as f64;
+        for &offset in &window.nodes {
+            for (sum, at_node) in predicted
+                .iter_mut()
+                .zip(self.readings(law, p, window, raw, offset)?)
+            {
+                *sum += at_node * share;
+            }
+        }
         Ok(window
             .measured
             .iter()
             .map(|&k| raw[k] - predicted[k])
             .collect())
+    }
+
+    fn value_positions(&self, index: usize) -> Vec<usize> {
+        self.windows[index].measured.clone()
+    }
+
+    fn with_raw(&self, replaced: &[(usize, Vec<f64>)]) -> Self {
+        let mut out = self.clone();
+        for (index, raw) in replaced {
+            out.windows[*index].raw.copy_from_slice(raw);
+        }
+        out
     }
 
     fn designs(&self, data: &DataSet) -> Vec<Design<Self>> {

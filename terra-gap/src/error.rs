@@ -30,6 +30,9 @@ pub enum GapError {
         /// What it belongs to.
         what: String,
     },
+    /// The table of frozen calibrations could not be used.
+    #[error("frozen calibrations: {0}")]
+    Calibration(String),
     /// An option outside its legal range.
     #[error("{option} = {value}: expected {expected}")]
     Option {

@@ -7,6 +7,8 @@
 
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::panic))]
 
+mod calibrate;
+mod calibration;
 mod candidates;
 mod cause;
 mod confirm;
@@ -20,10 +22,12 @@ mod fit;
 mod holdout;
 mod hypothesis;
 mod locate;
+mod mock;
 mod next;
 mod noise;
 mod null;
 mod rig;
+mod rivals;
 mod roughness;
 mod run;
 mod screen;
@@ -35,6 +39,7 @@ mod unknown;
 mod verdict;
 mod weigh;
 
+pub use calibration::{Calibration, Case, Evidence};
 pub use cause::{Cause, CauseKind};
 pub use dataset::{ChannelInfo, DataSet, Factors, Observation};
 pub use diagnose::{Diagnosis, Waterfall};

@@ -198,6 +198,21 @@ impl Predictor for RigPredictor {
         Ok(raw.iter().zip(predicted).map(|(y, f)| *y - f).collect())
     }
 
+    fn value_positions(&self, index: usize) -> Vec<usize> {
+        (0..self.rows[index].values.len()).collect()
+    }
+
+    fn with_raw(&self, replaced: &[(usize, Vec<f64>)]) -> Self {
+        let mut out = self.clone();
+        for (index, raw) in replaced {
+            let row = &mut out.rows[*index];
+            let n = row.values.len();
+            row.values.copy_from_slice(&raw[..n]);
+            (row.slip, row.load) = (raw[n], raw[n + 1]);
+        }
+        out
+    }
+
     fn designs(&self, data: &DataSet) -> Vec<Design<Self>> {
         let mut designs = vec![];
         let mut vary = |manoeuvre: &str, change: &dyn Fn(&mut Row)| {

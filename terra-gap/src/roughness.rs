@@ -27,14 +27,19 @@ pub(crate) fn add(
         .collect();
     let mut extra = vec![];
     for (c, channel) in data.channels.iter().enumerate() {
-        let stated = rover.noise.get("roughness_N").zip(vehicle).map(|(n, v)| {
-            // Tens of ms of correlation leave about a third of a window's samples independent of one another.
-            let independent = (rover.gap.window / 0.05).max(1.0);
-            let force = n / independent.sqrt();
+        let torque = channel.name.starts_with("wheel_torque");
+        let key = if torque {
+            "roughness_N_m"
+        } else {
+            "roughness_N"
+        };
+        let stated = rover.noise.get(key).zip(vehicle).map(|(sd, v)| {
+            // Tens of ms of correlation leave about four independent samples in a window of .2 s.
+            let mean = sd / (rover.gap.window / 0.05).max(1.0).sqrt();
             match channel.name.as_str() {
-                name if name.starts_with("wheel_torque") => force * v.wheel_radius,
-                "yaw_acceleration_rad_s2" => force * v.track / v.yaw_inertia,
-                _ => 2.0 * force / v.mass,
+                _ if torque => mean,
+                "yaw_acceleration_rad_s2" => mean * v.track / v.yaw_inertia,
+                _ => 2.0 * mean / v.mass,
             }
         });
         let variance = match stated {

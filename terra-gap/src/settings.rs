@@ -22,6 +22,10 @@ pub struct Settings {
     pub hold_out: Option<HoldOut>,
     /// Largest number of effects combined (1 or 2).
     pub combine: usize,
+    /// Mock cases of the log's own design to calibrate with; 0 takes the frozen calibration.
+    pub calibrate: usize,
+    /// Seed of the mock cases.
+    pub seed: u64,
     /// Window, slip range, priors.
     pub gap: GapSettings,
 }
@@ -33,6 +37,8 @@ impl Settings {
             effects: None,
             hold_out: None,
             combine: 2,
+            calibrate: 0,
+            seed: 0,
             gap: rover.gap,
         }
     }

@@ -19,6 +19,8 @@ const PRESENT: f64 = 0.6;
 /// How many times more than in the median window a channel may scatter around its line. A step inside a window has a mean
 /// motion but not the mean forces of it.
 const BENDS: f64 = 4.0;
+/// Change of a wheel's slip within a window above which forces are averaged over it.
+const SLIP_CHANGE: f64 = 0.03;
 /// Channels whose scatter is looked at: four torques, a_x, v, r, four ω.
 const SERIES: usize = 11;
 
@@ -139,6 +141,7 @@ pub(crate) fn from_log(
     let mut path = 0.0;
     for segment in &log.segments {
         let mut start = segment.rows.start;
+        let mut first = true;
         while start < segment.rows.end {
             let t0 = log.time[start];
             let mut end = start;
@@ -148,6 +151,11 @@ pub(crate) fn from_log(
             let rows = start..end;
             start = end;
             let mut drop = |reason: &str| *dropped.entry(reason.to_owned()).or_default() += 1;
+            // What was before a manoeuvre reaches into its beginning: sensors lag, controllers catch up.
+            if std::mem::take(&mut first) {
+                drop("the beginning of a manoeuvre");
+                continue;
+            }
             let Some(v) = line(&log.time, ground_speed, rows.clone(), speed_sd) else {
                 drop("window without ground speed");
                 continue;
@@ -226,8 +234,25 @@ pub(crate) fn from_log(
             }
             let pass = mean(&log.pass).unwrap_or(1.0);
             let payload = mean(&log.payload).unwrap_or(0.0);
+            let ends = [-0.5, 0.5].map(|end| {
+                let dt = end * rover.gap.window;
+                let v = raw[SPEED] + raw[SPEED_RATE] * dt;
+                [0, 1, 2, 3].map(|q| {
+                    let rim = (raw[WHEEL + q] + raw[WHEEL_RATE + q] * dt) * vehicle.wheel_radius;
+                    library_slip(rim, v)
+                })
+            });
+            let change = (0..4).map(|q| (ends[1][q] - ends[0][q]).abs());
+            let nodes = if change.fold(0.0, f64::max) > SLIP_CHANGE {
+                // Gauss-Legendre, two points.
+                let dt = rover.gap.window / 12f64.sqrt();
+                vec![-dt, dt]
+            } else {
+                vec![0.0]
+            };
             let window = Window {
                 raw,
+                nodes,
                 measured: measured.clone(),
                 pitch: mean(&log.pitch).unwrap_or(0.0),
                 payload,

@@ -1,0 +1,290 @@
+//! From evidences to probabilities that mean what they say: a temperature, a threshold and the width of the set, learned
+//! from cases whose truth was known.
+//!
+//! # Equation
+//! P_k = π_k exp(g_k / T) / Σ, g = ln Z - ln Z of the nominal model. T minimises Σ -ln P(truth); the set is the smallest whose
+//! probability reaches the level that held the truth in 90 % of the cases; a name needs a gain above the 95 % quantile of
+//! what the best effect gained on cases without any.
+//!
+//! # Reference
+//! C. Guo et al., ICML 2017 (temperature); V. Vovk, A. Gammerman, G. Shafer, Algorithmic Learning in a Random World, 2005
+//! (the set's level).
+
+use serde::{Deserialize, Serialize};
+
+use crate::error::GapError;
+use crate::evidence::log_sum_exp;
+use crate::settings::LogKind;
+
+/// How raw evidences become probabilities.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Calibration {
+    /// Kind of design it was made for: `ramp`, `rich` or `rig`.
+    pub design: String,
+    /// T: 1 takes evidences as they are.
+    pub temperature: f64,
+    /// Probability that a set must reach to hold the truth in 90 % of cases.
+    pub set_probability: f64,
+    /// Gain \[nats\] that the best effect stays below on 95 % of logs without any.
+    pub null_gain: f64,
+    /// Gain \[nats\] that a second cause adds to one alone on fewer than 5 % of logs with one.
+    pub second_gain: f64,
+    /// Cases it was made from; 0 when it is a choice.
+    pub cases: usize,
+    /// Where it comes from.
+    pub source: String,
+}
+
+/// One answer before calibration.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Weight {
+    pub(crate) ln_prior: f64,
+    /// ln Z less that of the nominal model.
+    pub(crate) gain: f64,
+    /// It holds a second cause, which must earn its place.
+    pub(crate) second: bool,
+}
+
+/// All answers of one diagnosis with their priors and evidences: the causes, then none, then unknown.
+#[derive(Clone, Debug, Default)]
+pub struct Evidence {
+    pub(crate) names: Vec<String>,
+    pub(crate) weights: Vec<Weight>,
+}
+
+impl Evidence {
+    /// A case for calibration, the truth being known: an effect, `effect+effect`, `none` or `unknown`. A truth that was not
+    /// among the answers counts as unknown.
+    pub fn case(&self, truth: &str) -> Case {
+        let last = self.names.len().saturating_sub(1);
+        Case {
+            truth: self.names.iter().position(|n| n == truth).unwrap_or(last),
+            causes: self.names.len().saturating_sub(2),
+            weights: self.weights.clone(),
+        }
+    }
+}
+
+/// One case with known truth.
+#[derive(Clone, Debug)]
+pub struct Case {
+    /// Index of the true answer.
+    pub(crate) truth: usize,
+    /// Number of causes: after them come none and unknown.
+    pub(crate) causes: usize,
+    /// Every answer.
+    pub(crate) weights: Vec<Weight>,
+}
+
+impl Case {
+    fn best(&self, second: bool) -> Option<f64> {
+        let causes = self.weights.iter().take(self.causes);
+        causes
+            .filter(|w| w.second == second)
+            .map(|w| w.gain)
+            .max_by(f64::total_cmp)
+    }
+
+    fn is_null(&self) -> bool {
+        self.truth == self.causes
+    }
+
+    /// What a second cause gained although there was one alone.
+    fn needless_gain(&self) -> Option<f64> {
+        let single = self
+            .weights
+            .get(self.truth)
+            .is_some_and(|w| !w.second && self.truth < self.causes);
+        single.then(|| Some(self.best(true)? - self.best(false)?))?
+    }
+}
+
+/// Frozen calibrations, with the campaigns that made them.
+const FROZEN: &str = include_str!("calibration.toml");
+/// Manoeuvres from which a drive counts as rich.
+const RICH: usize = 5;
+const HIGHEST_TEMPERATURE: f64 = 30.0;
+
+#[derive(Deserialize)]
+struct Table {
+    design: Vec<Calibration>,
+}
+
+impl Calibration {
+    /// The frozen one for this kind of log, by its number of manoeuvres or trials.
+    ///
+    /// # Errors
+    /// A file of calibrations that cannot be read.
+    pub fn frozen(kind: LogKind, groups: usize) -> Result<Self, GapError> {
+        let name = match kind {
+            LogKind::Rig => "rig",
+            LogKind::Drive if groups >= RICH => "rich",
+            LogKind::Drive => "ramp",
+        };
+        let table: Table =
+            toml::from_str(FROZEN).map_err(|e| GapError::Calibration(e.to_string()))?;
+        table
+            .design
+            .into_iter()
+            .find(|c| c.design == name)
+            .ok_or_else(|| GapError::Calibration(format!("no design {name}")))
+    }
+
+    /// Probabilities of answers.
+    pub(crate) fn probabilities(&self, weights: &[Weight]) -> Vec<f64> {
+        let alone = weights.iter().filter(|w| !w.second).map(|w| w.gain);
+        let bar = alone.fold(f64::NEG_INFINITY, f64::max) + self.second_gain;
+        let logs: Vec<f64> = weights
+            .iter()
+            .map(|w| {
+                if w.second && w.gain < bar {
+                    f64::NEG_INFINITY
+                } else {
+                    w.ln_prior + w.gain / self.temperature
+                }
+            })
+            .collect();
+        let total = log_sum_exp(logs.iter().copied());
+        logs.iter().map(|l| (l - total).exp()).collect()
+    }
+
+    /// Learns from cases; what they are too few to show stays as `fallback` has it.
+    pub fn learn(cases: &[Case], fallback: &Calibration, source: String) -> Self {
+        let mut out = Calibration {
+            cases: cases.len(),
+            source,
+            ..fallback.clone()
+        };
+        if cases.is_empty() {
+            return out;
+        }
+        let needless: Vec<f64> = cases.iter().filter_map(Case::needless_gain).collect();
+        if let Some(gain) = upper_quantile(&needless, 0.95) {
+            out.second_gain = gain.max(0.0);
+        }
+        // ln T on a grid: the loss is smooth and its minimum broad.
+        let steps = 120;
+        let mut best = f64::INFINITY;
+        for k in 0..=steps {
+            let mut trial = out.clone();
+            trial.temperature = HIGHEST_TEMPERATURE.powf(f64::from(k) / f64::from(steps));
+            let loss: f64 = cases
+                .iter()
+                .map(|c| -trial.probabilities(&c.weights)[c.truth].max(1e-9).ln())
+                .sum();
+            if loss < best {
+                (best, out) = (loss, trial);
+            }
+        }
+        let levels: Vec<f64> = cases.iter().map(|c| out.level_of(c)).collect();
+        if let Some(level) = upper_quantile(&levels, 0.9) {
+            out.set_probability = level.clamp(0.5, 0.999);
+        }
+        let nulls: Vec<f64> = cases
+            .iter()
+            .filter(|c| c.is_null())
+            .filter_map(|c| c.best(false))
+            .collect();
+        if let Some(gain) = upper_quantile(&nulls, 0.95) {
+            out.null_gain = gain.max(0.0);
+        }
+        out
+    }
+
+    /// Probability that must be gathered, best first, before the truth joins the set.
+    fn level_of(&self, case: &Case) -> f64 {
+        let p = self.probabilities(&case.weights);
+        let truth = p[case.truth];
+        // The set takes answers until the level is reached: what stands before the truth must fall short of it.
+        p.iter().filter(|q| **q > truth).sum::<f64>() + 1e-9
+    }
+}
+
+/// The smallest value not below a share of draws to come: the ceil((n + 1) share)-th; none where the draws are too few.
+fn upper_quantile(values: &[f64], share: f64) -> Option<f64> {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let rank = ((values.len() + 1) as f64 * share).ceil() as usize;
+    sorted.get(rank.checked_sub(1)?).copied()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn start() -> Calibration {
+        Calibration {
+            design: "test".to_owned(),
+            temperature: 1.0,
+            set_probability: 0.9,
+            null_gain: 3.0,
+            second_gain: 3.0,
+            cases: 0,
+            source: String::new(),
+        }
+    }
+
+    fn single(ln_prior: f64, gain: f64) -> Weight {
+        Weight {
+            ln_prior,
+            gain,
+            second: false,
+        }
+    }
+
+    /// Evidences that are right seven times out of ten whatever they claim: P(truth) must come out as .7.
+    #[test]
+    fn overconfident_evidence_is_cooled() {
+        let half = 0.5f64.ln();
+        let cases: Vec<Case> = (0..100)
+            .map(|k| Case {
+                truth: usize::from(k % 10 >= 7),
+                causes: 2,
+                weights: vec![single(half, 8.0), single(half, 0.0)],
+            })
+            .collect();
+        let learned = Calibration::learn(&cases, &start(), "test".to_owned());
+        let p = learned.probabilities(&cases[0].weights)[0];
+        assert!((p - 0.7).abs() < 0.02, "{p}");
+        // Three in ten truths stand behind .7 of probability: the set must go past it.
+        assert!(learned.set_probability >= 0.68, "{learned:?}");
+        assert_eq!(learned.null_gain, 3.0);
+    }
+
+    /// 95 % of 19 nulls lie at or below the largest: ceil(20 * .95) = 19.
+    #[test]
+    fn the_threshold_is_the_quantile_of_nulls() {
+        let cases: Vec<Case> = (0..19)
+            .map(|k| Case {
+                truth: 1,
+                causes: 1,
+                weights: vec![single(0.0, f64::from(k) / 4.0), single(0.0, 0.0)],
+            })
+            .collect();
+        let learned = Calibration::learn(&cases, &start(), String::new());
+        assert_eq!(learned.null_gain, 4.5);
+        assert_eq!(upper_quantile(&[1.0, 2.0], 0.95), None);
+    }
+
+    /// A second cause that gains less than it does where it is needless gets nothing; one that gains more is weighed.
+    #[test]
+    fn a_second_cause_must_earn_its_place() {
+        let pair = |gain| Weight {
+            ln_prior: -3.0,
+            gain,
+            second: true,
+        };
+        let c = start();
+        assert_eq!(c.probabilities(&[single(-1.0, 10.0), pair(12.9)])[1], 0.0);
+        let p = c.probabilities(&[single(-1.0, 10.0), pair(15.0)])[1];
+        assert!((p - 1.0 / (1.0 + (2.0f64 - 5.0).exp())).abs() < 1e-12);
+    }
+
+    #[test]
+    fn frozen_calibrations_can_be_read() {
+        for (kind, groups) in [(LogKind::Rig, 1), (LogKind::Drive, 1), (LogKind::Drive, 9)] {
+            let c = Calibration::frozen(kind, groups).unwrap();
+            assert!(c.temperature >= 1.0 && (0.5..1.0).contains(&c.set_probability));
+        }
+    }
+}
