@@ -81,6 +81,8 @@ pub struct DataSet {
     pub dropped: BTreeMap<String, usize>,
     /// What the reader of a result should know.
     pub notes: Vec<String>,
+    /// Variance of a value by what scatters inside an observation beyond the sensor's noise, where a channel shows it.
+    pub short_scatter: Vec<Option<f64>>,
 }
 
 impl DataSet {

@@ -1,7 +1,8 @@
 //! The ground's roughness: fast force fluctuation that no sensor's noise covers.
 //!
-//! A wrong model varies slowly with slip and load, so the scatter between successive windows shows roughness and hardly
-//! anything else: extra variance = robust variance of (r_k - r_{k-1})/sqrt 2 less the known noise.
+//! A wrong model varies slowly with slip and load, so roughness shows in the scatter between successive windows, robust
+//! variance of (r_k - r_{k-1})/sqrt 2 less the known noise, and in the scatter inside a window beyond the sensor's noise;
+//! the smaller of the two is taken.
 
 use nalgebra::DVector;
 use terra_data::Rover;
@@ -60,7 +61,11 @@ pub(crate) fn add(
                 let middle = median(steps.iter().copied());
                 let sd = 1.4826 * median(steps.iter().map(|s| (s - middle).abs()));
                 let known = median(rows.iter().map(|&k| diagonal[k]));
-                (sd * sd - known).max(0.0)
+                // A wrong model changes from window to window too, a controller works inside them: each alone says too much.
+                let inside = data.short_scatter.get(c).copied().flatten();
+                (sd * sd - known)
+                    .max(0.0)
+                    .min(inside.unwrap_or(f64::INFINITY))
             }
         };
         if variance > 0.0 {
@@ -73,7 +78,7 @@ pub(crate) fn add(
                 if stated.is_some() {
                     "as stated"
                 } else {
-                    "from successive windows"
+                    "from the log's short-time scatter"
                 }
             ));
         }

@@ -6,8 +6,8 @@ use terra_data::{DriveLog, Rover, Series, WHEELS};
 use terra_model::library_slip;
 
 use super::{
-    ACCEL, DrivePredictor, GRAVITY, RAW, SPEED, SPEED_GATE, SPEED_RATE, TORQUE, WHEEL, WHEEL_RATE,
-    Window, YAW_ACCELERATION, YAW_RATE,
+    ACCEL, DrivePredictor, GRAVITY, RAW, SPEED, SPEED_GATE, SPEED_RATE, TORQUE, VALUES, WHEEL,
+    WHEEL_RATE, Window, YAW_ACCELERATION, YAW_RATE,
 };
 use crate::dataset::{ChannelInfo, DataSet, Factors, Observation};
 use crate::error::GapError;
@@ -21,6 +21,8 @@ const PRESENT: f64 = 0.6;
 const BENDS: f64 = 4.0;
 /// Change of a wheel's slip within a window above which forces are averaged over it.
 const SLIP_CHANGE: f64 = 0.03;
+/// Time over which the ground's roughness stays alike \[s\]: tens of ms.
+const CORRELATION: f64 = 0.05;
 /// Channels whose scatter is looked at: four torques, a_x, v, r, four ω.
 const SERIES: usize = 11;
 
@@ -88,6 +90,7 @@ pub(crate) fn from_log(
                     log.len(),
                 )]),
                 notes: vec![],
+                short_scatter: vec![],
             },
             DrivePredictor { vehicle, windows: vec![] },
         ));
@@ -284,6 +287,16 @@ pub(crate) fn from_log(
     }
     let usual: [f64; SERIES] =
         std::array::from_fn(|k| median(scatters.iter().map(|s| s[k])).max(f64::MIN_POSITIVE));
+    // White noise alone scatters by 1 in the mean; .963 is the median of chi2/n for the eighteen freedoms of twenty samples.
+    let beyond = |k: usize, sd: f64| {
+        let correlated = (CORRELATION / rover.gap.window).min(1.0);
+        Some((usual[k] / 0.963 - 1.0).max(0.0) * sd * sd * correlated)
+    };
+    let mut short_scatter = vec![None; VALUES];
+    for q in 0..4 {
+        short_scatter[TORQUE + q] = beyond(q, torque_sd);
+    }
+    short_scatter[ACCEL] = log.accel_x.is_some().then(|| beyond(4, accel_sd)).flatten();
     let bent = |s: &[f64; SERIES]| s.iter().zip(&usual).any(|(s, usual)| *s > BENDS * usual);
     observations.retain(|o: &Observation| !scatters.get(o.index).is_some_and(bent));
     if observations.len() < windows.len() {
@@ -296,6 +309,7 @@ pub(crate) fn from_log(
             observations,
             dropped,
             notes: vec![],
+            short_scatter,
         },
         DrivePredictor { vehicle, windows },
     ))

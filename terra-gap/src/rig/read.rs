@@ -144,6 +144,7 @@ pub(crate) fn from_log(log: &RigLog, rover: &Rover) -> Result<(DataSet, RigPredi
             observations,
             dropped,
             notes,
+            short_scatter: vec![],
         },
         RigPredictor { rows },
     ))
