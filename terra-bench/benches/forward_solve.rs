@@ -5,7 +5,9 @@
 use std::hint::black_box;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use terra_bench::many::{Columns, Lookup};
 use terra_bench::wheel::{BRAKING, Case, DRIVING, cases};
+use terra_model::Precision;
 
 fn all_forces(cases: &[Case]) {
     for case in cases {
@@ -38,6 +40,38 @@ fn forward_solve(c: &mut Criterion) {
     group.finish();
 }
 
+/// Warm starts, batches and look-ups; the throughput counts contacts.
+fn in_bulk(c: &mut Criterion) {
+    let mut group = c.benchmark_group("forward_solve/bulk");
+    let cases = cases(DRIVING).unwrap();
+    for case in &cases {
+        case.check_forces(&case.warm_forces().unwrap()).unwrap();
+    }
+    group.throughput(Throughput::Elements(cases.len() as u64));
+    group.bench_function("warm", |b| {
+        b.iter(|| {
+            for case in &cases {
+                black_box(black_box(case).warm_forces().unwrap());
+            }
+        })
+    });
+    let mut columns = Columns::new().unwrap();
+    group.throughput(Throughput::Elements(columns.items() as u64));
+    for (name, precision) in [("f64", Precision::Double), ("f32", Precision::Single)] {
+        columns.check(precision).unwrap();
+        group.bench_function(format!("batch/{name}"), |b| {
+            b.iter(|| {
+                black_box(columns.solve(precision).unwrap());
+            })
+        });
+    }
+    let lookup = Lookup::new().unwrap();
+    lookup.check().unwrap();
+    group.throughput(Throughput::Elements(lookup.queries() as u64));
+    group.bench_function("map", |b| b.iter(|| black_box(&lookup).round().unwrap()));
+    group.finish();
+}
+
 /// The spread over soils, slips and loads, one figure each.
 fn by_contact(c: &mut Criterion) {
     let mut group = c.benchmark_group("forward_solve/by_contact");
@@ -50,5 +84,5 @@ fn by_contact(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, forward_solve, by_contact);
+criterion_group!(benches, forward_solve, in_bulk, by_contact);
 criterion_main!(benches);

@@ -11,6 +11,7 @@ pub mod caches;
 mod error;
 pub mod filter;
 pub mod hypotheses;
+pub mod many;
 pub mod wheel;
 
 pub use error::{BenchError, check};

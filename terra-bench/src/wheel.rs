@@ -9,6 +9,7 @@
 //! 1:81-98 and 2:7-25; soils: J. Y. Wong, *Theory of Ground Vehicles*, table 2.3.
 
 use nalgebra::DMatrix;
+use terra_model::models::WongReece;
 use terra_model::{Contact, ForceLaw, Law, Registry, WheelForces, catalogue};
 
 use crate::error::{BenchError, check};
@@ -123,6 +124,15 @@ impl Case {
         Ok(self.law.forces(&self.parameters, &self.contact)?)
     }
 
+    /// A forward solve from the entry angle of a contact nearby, as of the last sample of a log: 1 % off.
+    ///
+    /// # Errors
+    /// [`BenchError::Model`].
+    pub fn warm_forces(&self) -> Result<WheelForces<f64>, BenchError> {
+        let start = 1.01 * self.row.reference[0];
+        Ok(WongReece.forces_from(&self.parameters, &self.contact, start)?)
+    }
+
     /// Forces with derivatives: rows D, T, z, F_y, columns eight parameters, slip, load.
     ///
     /// # Errors
@@ -191,6 +201,30 @@ impl Case {
             }
         }
         Ok(())
+    }
+
+    /// Compares a table's or a batch's entry angle (where there is one), pull and torque with the reference.
+    ///
+    /// # Errors
+    /// [`BenchError::Wrong`].
+    pub fn check_values(
+        &self,
+        found: (Option<f64>, f64, f64),
+        allowed: f64,
+    ) -> Result<(), BenchError> {
+        let [entry, pull, torque] = self.row.reference;
+        let name = |what: &str| format!("{what} of {}", self.label());
+        if let Some(angle) = found.0 {
+            check(&name("entry angle"), angle, entry, entry, allowed)?;
+        }
+        let scale = pull.abs() + torque.abs() / RADIUS;
+        check(&name("drawbar pull"), found.1, pull, scale, allowed)?;
+        check(&name("torque"), found.2, torque, torque.abs(), allowed)
+    }
+
+    /// Parameters, slip and load.
+    pub fn inputs(&self) -> (&[f64], f64, f64) {
+        (&self.parameters, self.row.slip, self.row.normal_load)
     }
 
     fn shifted(&self, column: usize, value: f64) -> Case {

@@ -149,6 +149,9 @@ impl<M: TerrainModel> ForceLaw for M {
         at: &Contact<f64>,
     ) -> Result<(WheelForces<f64>, DMatrix<f64>), ModelError> {
         guard(M::NAME, M::PARAMS, p, at)?;
+        if let Some(known) = self.slopes(p, at)? {
+            return Ok(known);
+        }
         force_jacobian(
             p,
             at,
@@ -417,6 +420,11 @@ impl ForceLaw for Law {
         at: &Contact<f64>,
     ) -> Result<(WheelForces<f64>, DMatrix<f64>), ModelError> {
         guard(self.model.name(), &self.params, p, at)?;
+        if self.effects.is_empty()
+            && let Some(known) = self.model.force_slopes(p, at)?
+        {
+            return Ok(known);
+        }
         force_jacobian(
             p,
             at,

@@ -1,5 +1,7 @@
 //! The trait a terrain model's author writes, and its erased form.
 
+use nalgebra::DMatrix;
+
 use crate::batch::{Batch, BatchForces, Precision};
 use crate::contact::{Contact, Hook};
 use crate::dual::{Dual8, Dual16};
@@ -59,6 +61,20 @@ pub trait TerrainModel: Default + Send + Sync + 'static {
     /// A typed [`ModelError`]: parameters or contact out of range, or no equilibrium.
     fn wheel_forces<T: Real>(&self, p: &[T], at: &Contact<T>)
     -> Result<WheelForces<T>, ModelError>;
+
+    /// Forces and their Jacobian (as [`ForceLaw::jacobian`](crate::ForceLaw::jacobian)) by formula, for a model that has
+    /// one; none: they are found with dual numbers.
+    ///
+    /// # Errors
+    /// As [`wheel_forces`](Self::wheel_forces).
+    fn slopes(
+        &self,
+        p: &[f64],
+        at: &Contact<f64>,
+    ) -> Result<Option<(WheelForces<f64>, DMatrix<f64>)>, ModelError> {
+        let _ = (p, at);
+        Ok(None)
+    }
 
     /// Forces of many contacts, each with its own status. Item by item unless the model knows better.
     ///
@@ -132,6 +148,15 @@ pub trait AnyModel: ModelAt<f64> + ModelAt<Dual8> + ModelAt<Dual16> + ModelAt<La
     fn reference(&self) -> &'static str;
     /// Hooks it honours.
     fn hooks(&self) -> &'static [Hook];
+    /// See [`TerrainModel::slopes`].
+    ///
+    /// # Errors
+    /// As there.
+    fn force_slopes(
+        &self,
+        p: &[f64],
+        at: &Contact<f64>,
+    ) -> Result<Option<(WheelForces<f64>, DMatrix<f64>)>, ModelError>;
     /// See [`TerrainModel::forces_batch`].
     ///
     /// # Errors
@@ -169,6 +194,13 @@ impl<M: TerrainModel> AnyModel for M {
     }
     fn hooks(&self) -> &'static [Hook] {
         M::HOOKS
+    }
+    fn force_slopes(
+        &self,
+        p: &[f64],
+        at: &Contact<f64>,
+    ) -> Result<Option<(WheelForces<f64>, DMatrix<f64>)>, ModelError> {
+        self.slopes(p, at)
     }
     fn batch(
         &self,

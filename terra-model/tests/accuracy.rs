@@ -11,8 +11,8 @@ use std::num::NonZeroUsize;
 use gauss_quad::{FiniteAboveNegOneF64, GaussJacobi, GaussLegendre};
 use terra_model::models::{Accuracy, WongReece};
 use terra_model::{
-    Batch, BatchForces, Contact, ForceLaw, ForceMap, Law, MapRange, ModelError, Precision,
-    Registry, catalogue,
+    Batch, BatchForces, Contact, Dual8, ForceLaw, ForceMap, Law, MapRange, ModelError, Precision,
+    Registry, TerrainModel, catalogue, jacobian,
 };
 
 const R: f64 = 0.254;
@@ -430,20 +430,51 @@ fn slopes_of_a_map_are_those_of_its_values() {
     }
 }
 
+/// The Jacobian by formula against dual numbers carried through the same solve, driving and braking, hooks included.
 #[test]
-fn zz_debug() {
+fn the_jacobian_by_formula_is_that_of_dual_numbers() {
     let law = law();
-    let p = catalogue::find("snow_sweden")
-        .unwrap()
-        .parameters(law.model())
-        .unwrap();
-    let mut at = Contact::new(-0.3, 1000.0, R, B);
-    at.hooks.exit_ratio = 0.9;
-    for a in [Accuracy::Default, Accuracy::Fine, Accuracy::Reference] {
-        let f = WongReece.forces_within(&p, &at, a).unwrap();
-        println!(
-            "{a:?} {:?} {} {}",
-            f.angles, f.drawbar_pull, f.resistive_torque
-        );
+    let mut worst = 0.0_f64;
+    for (id, slip, load) in [
+        ("dry_sand", 0.3, 245.25),
+        ("dry_sand", -0.3, 245.25),
+        ("lean_clay_22", 0.05, 2452.5),
+        ("lean_clay_22", -0.9, 600.0),
+        ("upland_sandy_loam", 1.0, 600.0),
+        ("snow_sweden", 0.6, 100.0),
+    ] {
+        let p = catalogue::find(id)
+            .unwrap()
+            .parameters(law.model())
+            .unwrap();
+        for hooked in [false, true] {
+            let mut at = Contact::new(slip, load, R, B);
+            if hooked {
+                (at.hooks.exit_ratio, at.hooks.lug_height) = (0.2, 0.01);
+                (at.hooks.shear_hump, at.hooks.contact_radius) = (0.3, 1.1);
+                (at.hooks.layer_depth, at.hooks.layer_stiffness) = (0.003, 1e5);
+                (at.hooks.friction, at.hooks.shear_modulus) = (0.8, 1.3);
+            }
+            let (_, found) = law.jacobian(&p, &at).unwrap();
+            let mut x = p.clone();
+            x.extend([slip, load]);
+            let (_, expected) = jacobian(&x, |x: &[Dual8]| {
+                let mut there = at.lift::<Dual8>();
+                (there.slip, there.normal_load) = (x[8], x[9]);
+                WongReece
+                    .wheel_forces(&x[..8], &there)
+                    .map(|f| vec![f.drawbar_pull, f.resistive_torque, f.sinkage.unwrap()])
+            })
+            .unwrap();
+            for row in 0..3 {
+                for (column, x) in x.iter().enumerate() {
+                    let scale = load * if row == 0 { 1.0 } else { R } / x.abs();
+                    let e = (found[(row, column)] - expected[(row, column)]).abs() / scale;
+                    assert!(e < 1e-11, "{id} {slip} {row} {column}: {e:.1e}");
+                    worst = worst.max(e);
+                }
+            }
+        }
     }
+    println!("formula against duals: {worst:.1e}");
 }

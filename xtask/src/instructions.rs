@@ -35,6 +35,10 @@ const KERNELS: &[Kernel] = &[
         30,
         "cold forward solve, braking",
     ),
+    kernel("forward-solve-warm", 10, 30, "forward solve from 1 % off"),
+    kernel("batch-f64", 4, 12, "forward solve in a batch, 1e-7"),
+    kernel("batch-f32", 4, 12, "forward solve in a batch, 1e-5"),
+    kernel("map", 400, 1200, "look-up of pull and torque, 1e-4"),
     kernel("jacobian", 2, 6, "forces with 10 derivatives"),
     kernel("filter-block", 200, 600, "filter step, block"),
     kernel(

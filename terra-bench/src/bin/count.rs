@@ -10,7 +10,9 @@ use std::hint::black_box;
 
 use terra_bench::filter::{Log, SAMPLES, check_belief};
 use terra_bench::hypotheses::{Hypotheses, check_one_step};
+use terra_bench::many::{Columns, Lookup};
 use terra_bench::wheel::{BRAKING, DRIVING, Row, cases};
+use terra_model::Precision;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -23,6 +25,10 @@ fn main() -> Result<(), Box<dyn Error>> {
         _ => match kernel.as_str() {
             "forward-solve" => forward_solve(DRIVING, repetitions)?,
             "forward-solve-braking" => forward_solve(BRAKING, repetitions)?,
+            "forward-solve-warm" => warm_solve(repetitions)?,
+            "batch-f64" => batch(Precision::Double, repetitions)?,
+            "batch-f32" => batch(Precision::Single, repetitions)?,
+            "map" => map(repetitions)?,
             "jacobian" => jacobian(repetitions)?,
             "filter-block" => filter_step("block", false, repetitions)?,
             "filter-block-robust" => filter_step("block", true, repetitions)?,
@@ -46,6 +52,37 @@ fn forward_solve(rows: &[Row], repetitions: usize) -> Result<usize, Box<dyn Erro
         }
     }
     Ok(repetitions * cases.len())
+}
+
+fn warm_solve(repetitions: usize) -> Result<usize, Box<dyn Error>> {
+    let cases = cases(DRIVING)?;
+    for case in &cases {
+        case.check_forces(&case.warm_forces()?)?;
+    }
+    for _ in 0..repetitions {
+        for case in &cases {
+            black_box(black_box(case).warm_forces()?);
+        }
+    }
+    Ok(repetitions * cases.len())
+}
+
+fn batch(precision: Precision, repetitions: usize) -> Result<usize, Box<dyn Error>> {
+    let mut columns = Columns::new()?;
+    columns.check(precision)?;
+    for _ in 0..repetitions {
+        black_box(black_box(&mut columns).solve(precision)?);
+    }
+    Ok(repetitions * columns.items())
+}
+
+fn map(repetitions: usize) -> Result<usize, Box<dyn Error>> {
+    let lookup = Lookup::new()?;
+    lookup.check()?;
+    for _ in 0..repetitions {
+        black_box(black_box(&lookup).round()?);
+    }
+    Ok(repetitions * lookup.queries())
 }
 
 fn jacobian(repetitions: usize) -> Result<usize, Box<dyn Error>> {

@@ -22,8 +22,11 @@ mod general;
 mod gradient;
 mod kernel;
 mod pieces;
+mod slopes;
 mod solve;
 mod wheel;
+
+use nalgebra::DMatrix;
 
 use crate::batch::{Batch, BatchForces, Precision};
 use crate::contact::{Contact, Hook};
@@ -200,6 +203,14 @@ impl TerrainModel for WongReece {
         let wheel = Self::wheel(p, at)?;
         let (entry, integrals) = Self::solve(&wheel, at)?;
         Ok(Self::named(&wheel, at, entry, integrals))
+    }
+
+    fn slopes(
+        &self,
+        p: &[f64],
+        at: &Contact<f64>,
+    ) -> Result<Option<(WheelForces<f64>, DMatrix<f64>)>, ModelError> {
+        slopes::slopes(p, at)
     }
 
     fn forces_batch(

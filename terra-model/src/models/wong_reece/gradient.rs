@@ -9,13 +9,13 @@ use crate::real::{Real, Root};
 
 /// What the integrals depend on beside the entry angle, in this order.
 const VARIABLES: usize = 12;
-const SCALE: usize = 0;
-const EXPONENT: usize = 1;
-const COHESION: usize = 2;
-const FRICTION: usize = 3;
-const PER_MODULUS: usize = 4;
-const SLIP: usize = 5;
-const APEX: usize = 6;
+pub(super) const SCALE: usize = 0;
+pub(super) const EXPONENT: usize = 1;
+pub(super) const COHESION: usize = 2;
+pub(super) const FRICTION: usize = 3;
+pub(super) const PER_MODULUS: usize = 4;
+pub(super) const SLIP: usize = 5;
+pub(super) const APEX: usize = 6;
 const EXIT: usize = 7;
 const HUMP: usize = 8;
 const LAYER_DEPTH: usize = 9;
@@ -215,6 +215,27 @@ impl<P: Root, const ORDER: usize> Integrator<'_, P, ORDER> {
             *slope += value;
         }
         Partials { value, by }
+    }
+}
+
+impl Partials<f64> {
+    /// How ln θ1 and each integral follow a change of the load (per R b) and of some variables.
+    pub(super) fn follow(&self, load: f64, changes: &[(usize, f64)]) -> [f64; 5] {
+        let [carried, thrust, compaction, shear] = self.by[ENTRY];
+        let mut sums = [0.0; 4];
+        for &(k, change) in changes {
+            for (sum, by) in sums.iter_mut().zip(self.by[k]) {
+                *sum += by * change;
+            }
+        }
+        let step = (load - sums[0]) / carried;
+        [
+            step,
+            load,
+            sums[1] + thrust * step,
+            sums[2] + compaction * step,
+            sums[3] + shear * step,
+        ]
     }
 }
 

@@ -96,7 +96,9 @@ impl<P: Root> Wheel<P> {
                 let slope = -(i + (P::one() - i) * sin_half.squared() * 2.0);
                 let newton = angle - j / slope;
                 let (low, high) = (negative.min_of(positive), negative.max_of(positive));
-                angle = newton.select_lt(high, low.select_lt(newton, newton, middle), middle);
+                // At the root itself the step ends on the bracket.
+                let above = newton.select_lt(low, middle, newton);
+                angle = high.select_lt(newton, middle, above);
             }
             angle
         };

@@ -5,6 +5,7 @@
 
 use std::cell::Cell;
 
+use super::gradient::Partials;
 use super::kernel::{Integrator, Sums};
 use super::wheel::{Integrals, Wheel};
 use crate::contact::Contact;
@@ -33,16 +34,18 @@ pub(super) fn load<P: Root, const ORDER: usize>(wheel: &Wheel<P>, entry: P) -> P
 /// An entry angle and the sums there.
 type Evaluated<P> = (P, Sums<<P as Root>::Nodes>);
 
-/// Solves with a rule of `FINE` nodes after one of `COARSE`, from ln θ1 of a nearby contact where there is one.
-pub(super) fn balance<T: Real, const COARSE: usize, const FINE: usize>(
-    wheel: &Wheel<T>,
-    at: &Contact<T>,
-    warm: Option<T::Primal>,
-) -> Result<(T, Integrals<T>), ModelError> {
-    let primal = wheel.map(T::primal);
+/// The entry angle, the integrals there, and the rule that gave them.
+type Balanced<'w, P, const ORDER: usize> = (P, Integrals<P>, Integrator<'w, P, ORDER>);
+
+/// Iterates in the primal with a rule of `FINE` nodes after one of `COARSE`, from ln θ1 of a nearby contact where there is
+/// one.
+fn iterate<P: Root, const COARSE: usize, const FINE: usize>(
+    primal: &Wheel<P>,
+    load: P,
+    slip: P,
+    warm: Option<P>,
+) -> Result<Balanced<'_, P, FINE>, ModelError> {
     let area = primal.radius * primal.width;
-    let load = at.normal_load.primal();
-    let slip = at.slip.primal();
     let stress = primal.stress();
     let mut search = Search {
         load,
@@ -58,7 +61,7 @@ pub(super) fn balance<T: Real, const COARSE: usize, const FINE: usize>(
             .ln(),
     };
     if warm.is_none() {
-        let coarse = Integrator::<T::Primal, COARSE>::new(&primal, stress);
+        let coarse = Integrator::<P, COARSE>::new(primal, stress);
         let newton = Cell::new(None);
         let root = search.root(start, |entry| {
             let (w, slope) = coarse.at(entry).load(entry);
@@ -72,8 +75,8 @@ pub(super) fn balance<T: Real, const COARSE: usize, const FINE: usize>(
         }
     }
     search.tolerance = if primal.braking { BRAKING } else { DRIVING };
-    let fine = Integrator::<T::Primal, FINE>::new(&primal, stress);
-    let last: Cell<Option<Evaluated<T::Primal>>> = Cell::new(None);
+    let fine = Integrator::<P, FINE>::new(primal, stress);
+    let last: Cell<Option<Evaluated<P>>> = Cell::new(None);
     let ln_root = search.root(start, |entry| {
         let sums = fine.at(entry);
         let (w, slope) = sums.load(entry);
@@ -90,14 +93,35 @@ pub(super) fn balance<T: Real, const COARSE: usize, const FINE: usize>(
     };
     let (value, slopes) = sums.integrals(root);
     let step = (load / area - value.load) / slopes.load;
-    let entry = root + root * step;
+    Ok((root + root * step, value.moved(&slopes, step), fine))
+}
+
+/// Solves in any scalar: one pass in the primal, and the partial derivatives there.
+pub(super) fn balance<T: Real, const COARSE: usize, const FINE: usize>(
+    wheel: &Wheel<T>,
+    at: &Contact<T>,
+    warm: Option<T::Primal>,
+) -> Result<(T, Integrals<T>), ModelError> {
+    let primal = wheel.map(T::primal);
+    let (load, slip) = (at.normal_load.primal(), at.slip.primal());
+    let (entry, integrals, fine) = iterate::<T::Primal, COARSE, FINE>(&primal, load, slip, warm)?;
     if is_plain::<T>() {
-        let integrals = value.moved(&slopes, step);
         return Ok((T::from_primal(entry), integrals.map(T::from_primal)));
     }
     let partials = fine.partials(entry);
     let carried = at.normal_load / (wheel.radius * wheel.width);
     Ok(partials.balanced(wheel, entry, carried))
+}
+
+/// The entry angle, the integrals there and their partial derivatives.
+pub(super) fn partials<const COARSE: usize, const FINE: usize>(
+    wheel: &Wheel<f64>,
+    at: &Contact<f64>,
+) -> Result<(f64, Integrals<f64>, Partials<f64>), ModelError> {
+    let (entry, integrals, fine) =
+        iterate::<f64, COARSE, FINE>(wheel, at.normal_load, at.slip, None)?;
+    let partials = fine.partials(entry);
+    Ok((entry, integrals, partials))
 }
 
 /// Solves node by node in the scalar itself: sideways slip.
