@@ -2,6 +2,7 @@
 
 mod bekker;
 mod linear_stress;
+pub(crate) mod slots;
 mod wong_reece;
 
 pub use linear_stress::LinearStress;
@@ -9,9 +10,11 @@ pub use wong_reece::WongReece;
 
 use crate::registry::Registry;
 
-/// Registers every model of this folder. A new model is one file and one line here.
+/// Registers every model of this folder. A new model is one file and one line here; other combinations of slots are found
+/// by name.
 pub(crate) fn register(registry: Registry) -> Registry {
-    registry
+    let registry = registry
         .with_model::<WongReece>()
-        .with_model::<LinearStress>()
+        .with_model::<LinearStress>();
+    slots::presets().fold(registry, |r, model| r.with_shared(model.shared()))
 }
