@@ -64,6 +64,11 @@ pub trait TerrainModel: Default + Send + Sync + 'static {
         Soil::unknown()
     }
 
+    /// Parameter vectors of typical soils, for models whose parameters the catalogue does not give.
+    fn typical() -> Vec<Vec<f64>> {
+        Vec::new()
+    }
+
     /// Stresses along the contact from exit to entry, `points` of them; `None` for models without stresses.
     ///
     /// # Errors
@@ -111,6 +116,8 @@ pub trait AnyModel: ModelAt<f64> + ModelAt<Dual8> + ModelAt<Lanes> {
     fn reference(&self) -> &'static str;
     /// Hooks it honours.
     fn hooks(&self) -> &'static [Hook];
+    /// See [`TerrainModel::typical`].
+    fn typical_parameters(&self) -> Vec<Vec<f64>>;
     /// See [`TerrainModel::stresses`].
     ///
     /// # Errors
@@ -138,6 +145,9 @@ impl<M: TerrainModel> AnyModel for M {
     }
     fn hooks(&self) -> &'static [Hook] {
         M::HOOKS
+    }
+    fn typical_parameters(&self) -> Vec<Vec<f64>> {
+        M::typical()
     }
     fn stress_profile(
         &self,

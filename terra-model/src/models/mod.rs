@@ -1,11 +1,17 @@
 //! The terrain models, one file each.
 
 mod bekker;
+mod bekker_compaction;
+mod hard_ground;
 mod linear_stress;
 pub(crate) mod slots;
+mod wes_brixius;
 mod wong_reece;
 
+pub use bekker_compaction::BekkerCompaction;
+pub use hard_ground::HardGround;
 pub use linear_stress::LinearStress;
+pub use wes_brixius::WesBrixius;
 pub use wong_reece::WongReece;
 
 use crate::registry::Registry;
@@ -16,5 +22,9 @@ pub(crate) fn register(registry: Registry) -> Registry {
     let registry = registry
         .with_model::<WongReece>()
         .with_model::<LinearStress>();
-    slots::presets().fold(registry, |r, model| r.with_shared(model.shared()))
+    let registry = slots::presets().fold(registry, |r, model| r.with_shared(model.shared()));
+    registry
+        .with_model::<BekkerCompaction>()
+        .with_model::<WesBrixius>()
+        .with_model::<HardGround>()
 }

@@ -7,7 +7,7 @@ use crate::real::{Real, Root};
 
 /// What a number must be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Must {
+pub(in crate::models) enum Must {
     BeFinite,
     BePositive,
     NotBeNegative,
@@ -42,7 +42,7 @@ impl Must {
 }
 
 /// A quantity derived from parameters.
-pub(super) fn quantity<T: Real>(
+pub(in crate::models) fn quantity<T: Real>(
     model: &'static str,
     parameter: &'static str,
     value: T,
@@ -71,15 +71,15 @@ fn of_contact<T: Real>(quantity: &'static str, value: T, must: Must) -> Result<(
 }
 
 /// The part of a parameter vector that belongs to one slot, read in the order it is declared.
-pub(super) struct Values<'a, T> {
-    pub(super) model: &'static str,
-    pub(super) params: &'static [Param],
-    pub(super) p: &'a [T],
+pub(in crate::models) struct Values<'a, T> {
+    pub(in crate::models) model: &'static str,
+    pub(in crate::models) params: &'static [Param],
+    pub(in crate::models) p: &'a [T],
 }
 
 impl<T: Real> Values<'_, T> {
     /// The parameter of that name.
-    pub(super) fn get(&self, name: &'static str, must: Must) -> Result<T, ModelError> {
+    pub(in crate::models) fn get(&self, name: &'static str, must: Must) -> Result<T, ModelError> {
         let place = self.params.iter().position(|q| q.name == name);
         let Some(&value) = place.and_then(|k| self.p.get(k)) else {
             return Err(ModelError::ParameterCount {
@@ -97,13 +97,13 @@ impl<T: Real> Values<'_, T> {
 const NEARLY: f64 = 1e-13;
 
 /// Library slip to kinematic slip i: i = s driving, i = s/(1 + s) braking.
-pub(super) fn kinematic<T: Real>(slip: T) -> T {
+pub(in crate::models) fn kinematic<T: Real>(slip: T) -> T {
     let braking = (slip + 1.0).max_of(T::from(NEARLY));
     slip.select_lt(T::zero(), T::one() - T::one() / braking, slip)
 }
 
 /// Rim speed over travel speed less one, R ω/v - 1 = i/(1 - i): s/(1 - s) driving, s braking.
-pub(super) fn rim_excess<T: Real>(slip: T) -> T {
+pub(in crate::models) fn rim_excess<T: Real>(slip: T) -> T {
     let driving = (T::one() - slip).max_of(T::from(NEARLY));
     slip.select_lt(T::zero(), slip, slip / driving)
 }
@@ -112,7 +112,7 @@ pub(super) fn rim_excess<T: Real>(slip: T) -> T {
 ///
 /// # Errors
 /// The first one out of its legal range, by name.
-pub(super) fn contact<T: Real>(at: &Contact<T>) -> Result<(), ModelError> {
+pub(in crate::models) fn contact<T: Real>(at: &Contact<T>) -> Result<(), ModelError> {
     of_contact("normal_load", at.normal_load, Must::BePositive)?;
     of_contact("radius", at.radius, Must::BePositive)?;
     of_contact("width", at.width, Must::BePositive)?;

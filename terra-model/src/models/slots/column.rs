@@ -124,12 +124,14 @@ impl<P: Root> Column<P> {
         let (sin_half, _) = (entry * 0.5).sin_cos();
         let deepest = self.radius * sin_half.squared() * 2.0;
         let mut pieces = Pieces::new(steep.max_of(self.soil.steepness(deepest)));
-        let turn = self.turn();
-        pieces.bend_at((entry - turn) / entry);
-        // dr/dθ = -g sin θ there, over δ.
-        let (sin, _) = turn.min_of(entry).sin_cos();
-        let inside = turn.select_lt(entry, (self.excess + 1.0) * sin * entry / TURN, P::zero());
-        pieces.steeper(inside);
+        // The direction of τ turns over |r| of a few δ: pieces that grow from r = 0 by a factor of five in r.
+        let per_excess = one / ((self.excess + 1.0) * 2.0);
+        for level in [-25.0, -5.0, -1.0, 0.0, 1.0, 5.0, 25.0] {
+            // 1 - cos θ = (g - 1 - r)/g
+            let squared = ((self.excess - level * TURN) * per_excess).max_of(P::zero());
+            let angle = (squared / (one - squared)).sqrt().atan() * 2.0;
+            pieces.at((entry - angle) / entry);
+        }
         for bend in self.soil.bends().into_iter().flatten() {
             let (reached, angle) = angle_at_depth(entry, bend / self.radius);
             pieces.at(reached.select_lt(P::zero(), one, (entry - angle) / entry));

@@ -6,7 +6,7 @@
 //!
 //! To add a law is to add a variant to [`pressure`] or [`shear`], a wheel one to [`wheel`].
 
-mod checks;
+pub(super) mod checks;
 mod column;
 mod contact_state;
 mod linear;
@@ -15,6 +15,7 @@ mod pieces;
 mod pressure;
 mod rim;
 mod shear;
+mod typical;
 mod wheel;
 
 use std::sync::{Arc, OnceLock};
@@ -25,7 +26,7 @@ use crate::forces::{Angles, Contributions, Flags, StressProfile, WheelForces};
 use crate::model::{AnyModel, ModelAt, Soil};
 use crate::names::nearest;
 use crate::param::Param;
-use crate::real::{Real, Root};
+use crate::real::{Real, Root, is_plain};
 use crate::root::entry_angle;
 use checks::Values;
 use contact_state::Sums;
@@ -99,12 +100,24 @@ fn combinations() -> &'static [Combination] {
         for wheel in WheelKind::ALL {
             for pressure in PressureKind::ALL {
                 for shear in ShearKind::ALL {
-                    all.push(Combination::new(wheel, pressure, shear));
+                    if senseless(wheel, shear).is_none() {
+                        all.push(Combination::new(wheel, pressure, shear));
+                    }
                 }
             }
         }
         all
     })
+}
+
+/// Why a wheel and a shear law do not go together.
+fn senseless(wheel: WheelKind, shear: ShearKind) -> Option<&'static str> {
+    if wheel.knows_only_the_apex() && shear.falls() {
+        return Some(
+            "this closed form knows the shear stress at its apex alone, and the law peaks elsewhere along the contact",
+        );
+    }
+    None
 }
 
 /// A wheel put together from slots.
@@ -192,11 +205,8 @@ pub(crate) fn by_name(name: &str, registered: &[&'static str]) -> Result<Compose
         None => ShearKind::JanosiHanamoto,
     };
     find(wheel, pressure, shear).ok_or_else(|| {
-        combination(format!(
-            "{} needs the soil's own cohesion and friction angle, which {} does not have",
-            wheel.name(),
-            shear.name()
-        ))
+        let reason = senseless(wheel, shear).unwrap_or("these slots do not go together");
+        combination(reason.to_owned())
     })
 }
 
@@ -235,11 +245,14 @@ impl Composed {
             None
         };
         let (law, own_layer) = c.pressure.read(&pressure, at, cohesion)?;
-        // A layer at depth zero is no layer; one of no extra stiffness still carries a derivative.
-        let hooked = T::Primal::zero().any_lt(at.hooks.layer_depth.primal());
-        let hooked = hooked.then_some(Layer {
-            depth: at.hooks.layer_depth,
-            stiffness: at.hooks.layer_stiffness,
+        // A layer at depth zero is no layer; one of no extra stiffness only where it carries a derivative.
+        let above_zero = |x: T| T::Primal::zero().any_lt(x.primal());
+        let hooks = &at.hooks;
+        let felt = above_zero(hooks.layer_depth)
+            && (!is_plain::<T>() || above_zero(hooks.layer_stiffness));
+        let hooked = felt.then_some(Layer {
+            depth: hooks.layer_depth,
+            stiffness: hooks.layer_stiffness,
         });
         let soil = contact_state::Soil::new(law, [own_layer, hooked], strength);
         c.wheel.read(&wheel, at, soil)
@@ -365,6 +378,9 @@ impl AnyModel for Composed {
     fn hooks(&self) -> &'static [Hook] {
         &self.0.hooks
     }
+    fn typical_parameters(&self) -> Vec<Vec<f64>> {
+        typical::parameters(self.params())
+    }
     fn stress_profile(
         &self,
         p: &[f64],
@@ -373,6 +389,9 @@ impl AnyModel for Composed {
     ) -> Result<Option<StressProfile>, ModelError> {
         let wheel = self.wheel(p, at)?;
         let entry = Self::entry(&wheel, at)?;
+        if wheel.has_lugs() {
+            return Ok(None);
+        }
         let (exit, apex) = wheel.angles(entry);
         Ok(Some(StressProfile::sample(
             exit,

@@ -21,7 +21,7 @@ const FIRST_PIECE: f64 = 4.0;
 const PER_PIECE: f64 = 8.0;
 
 /// Most breaks of one branch.
-const BREAKS: usize = 7;
+const BREAKS: usize = 11;
 
 /// The breaks of a branch in rising order, 1 where there are no more.
 #[derive(Clone, Copy)]
@@ -75,11 +75,6 @@ impl<P: Root> Pieces<P> {
     pub(super) fn bend_at(&mut self, u: P) {
         self.at(u);
         self.dense = self.dense || (P::from(NEGLIGIBLE).any_lt(u) && u.any_lt(P::one()));
-    }
-
-    /// A steeper quantity near the bends.
-    pub(super) fn steeper(&mut self, steepness: P) {
-        self.steepness = self.steepness.max_of(steepness);
     }
 
     /// All nodes of the branch in u, with `weights` for u^m on the first piece.

@@ -74,7 +74,7 @@ impl PressureKind {
                 "L. Ding et al., J. Field Robotics 28(6), 2011 (formula recalled; |s| in braking is chosen)"
             }
             PressureKind::ExponentialSnow => {
-                "H. Preston-Thomas form in J. Y. Wong, Theory of Ground Vehicles"
+                "J. Y. Wong, Theory of Ground Vehicles (formula recalled)"
             }
             PressureKind::Peat => {
                 "J. Y. Wong, J. R. Radforth, J. Preston-Thomas, J. Terramechanics 19(4), 1982 (formula recalled)"

@@ -84,6 +84,11 @@ impl ShearKind {
         self != ShearKind::Interface
     }
 
+    /// True where the stress falls again after a peak.
+    pub(super) fn falls(self) -> bool {
+        matches!(self, ShearKind::WongHump | ShearKind::Muskeg)
+    }
+
     pub(super) fn hooks(self) -> &'static [Hook] {
         match self {
             ShearKind::JanosiHanamoto | ShearKind::Interface => &[

@@ -146,12 +146,13 @@ impl WheelKind {
                     torque_arm: at.radius + reach,
                     width: at.width,
                     bottom_shear,
+                    has_lugs: T::Primal::zero().any_lt((reach - lug).primal()),
                 }),
             })
         };
         match self {
             WheelKind::LinearStress | WheelKind::LinearStressSymmetric => {
-                linear(T::zero(), T::zero(), true)
+                linear(T::zero(), lug, true)
             }
             WheelKind::DingClosed => {
                 let exit = values.get("c3", Must::BeFinite)? - at.hooks.exit_ratio;
@@ -285,6 +286,14 @@ impl<T: Real> Wheel<T> {
             Shape::Rim(w) => (w.exit(entry), w.apex(entry)),
             Shape::Linear(w) => (w.exit(entry), w.apex(entry)),
             Shape::Column(_) => (T::zero(), T::zero()),
+        }
+    }
+
+    /// True where lugs of its own carry shear stress, which is then none of the rim's.
+    pub(super) fn has_lugs(&self) -> bool {
+        match &self.shape {
+            Shape::Linear(w) => w.has_lugs,
+            Shape::Rim(_) | Shape::Column(_) => false,
         }
     }
 
