@@ -13,6 +13,7 @@ mod linear;
 mod params;
 mod pieces;
 mod pressure;
+mod pushed;
 mod rim;
 mod shear;
 mod typical;
@@ -43,8 +44,6 @@ struct Combination {
     summary: String,
     reference: String,
     params: Vec<Param>,
-    /// Parameters of the pressure law, and of pressure and shear law.
-    ends: [usize; 2],
     hooks: Vec<Hook>,
 }
 
@@ -61,10 +60,13 @@ impl Combination {
             name.push_str(shear.name());
         }
         let mut params = pressure.params(shear.is_of_the_soil());
-        let first = params.len();
         params.extend(shear.params());
-        let second = params.len();
-        params.extend_from_slice(wheel.params());
+        for more in wheel.params() {
+            // The weight of the soil is one number, whoever asks for it.
+            if params.iter().all(|p| p.name != more.name) {
+                params.push(*more);
+            }
+        }
         let mut hooks = [pressure.hooks(), shear.hooks(), wheel.hooks()].concat();
         if wheel.knows_only_the_apex() {
             hooks.retain(|h| !matches!(h, Hook::Layer | Hook::ShearHump));
@@ -87,7 +89,6 @@ impl Combination {
             ),
             name,
             params,
-            ends: [first, second],
             hooks,
         }
     }
@@ -117,6 +118,11 @@ fn senseless(wheel: WheelKind, shear: ShearKind) -> Option<&'static str> {
             "this closed form knows the shear stress at its apex alone, and the law peaks elsewhere along the contact",
         );
     }
+    if wheel.breaks_the_soil() && !shear.is_of_the_soil() {
+        return Some(
+            "what lugs and flanks push aside resists with the soil's own cohesion and friction angle, which an interface does not tell",
+        );
+    }
     None
 }
 
@@ -130,6 +136,8 @@ pub(crate) fn presets() -> impl Iterator<Item = Composed> {
         WheelKind::LinearStressSymmetric,
         WheelKind::ScmColumn,
         WheelKind::DingClosed,
+        WheelKind::GrouserPassive,
+        WheelKind::Lateral,
     ]
     .into_iter()
     .filter_map(|wheel| find(wheel, wheel.default_pressure(), ShearKind::JanosiHanamoto))
@@ -216,7 +224,7 @@ impl Composed {
         Arc::new(self)
     }
 
-    fn values<'a, T>(&self, p: &'a [T]) -> Result<[Values<'a, T>; 3], ModelError> {
+    fn values<'a, T>(&self, p: &'a [T]) -> Result<Values<'a, T>, ModelError> {
         let c = self.0;
         if p.len() != c.params.len() {
             return Err(ModelError::ParameterCount {
@@ -225,26 +233,19 @@ impl Composed {
                 found: p.len(),
             });
         }
-        let [first, second] = c.ends;
-        let part = |from: usize, to: usize| Values {
+        Ok(Values {
             model: &c.name,
-            params: &c.params[from..to],
-            p: &p[from..to],
-        };
-        Ok([part(0, first), part(first, second), part(second, p.len())])
+            params: &c.params,
+            p,
+        })
     }
 
     fn wheel<T: Real>(&self, p: &[T], at: &Contact<T>) -> Result<Wheel<T>, ModelError> {
         checks::contact(at)?;
         let c = self.0;
-        let [pressure, shear, wheel] = self.values(p)?;
-        let strength = c.shear.read(&shear, at)?;
-        let cohesion = if c.shear.is_of_the_soil() {
-            Some(c.shear.raw(&shear)?.0)
-        } else {
-            None
-        };
-        let (law, own_layer) = c.pressure.read(&pressure, at, cohesion)?;
+        let values = self.values(p)?;
+        let strength = c.shear.read(&values, at)?;
+        let (law, own_layer) = c.pressure.read(&values, at)?;
         // A layer at depth zero is no layer; one of no extra stiffness only where it carries a derivative.
         let above_zero = |x: T| T::Primal::zero().any_lt(x.primal());
         let hooks = &at.hooks;
@@ -255,7 +256,7 @@ impl Composed {
             stiffness: hooks.layer_stiffness,
         });
         let soil = contact_state::Soil::new(law, [own_layer, hooked], strength);
-        c.wheel.read(&wheel, at, soil)
+        c.wheel.read(&values, at, soil)
     }
 
     /// The entry angle that carries the load: iterated in the primal, its derivatives by one implicit step.

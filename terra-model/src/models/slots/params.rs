@@ -198,3 +198,27 @@ pub(super) const LUG_REACH: Param = plain(
     0.005,
     "height of the lugs times the share of it that shears soil",
 );
+pub(super) const LUG_HEIGHT: Param = plain(
+    "lug_height",
+    "h",
+    "m",
+    (0.0, 0.2),
+    0.003,
+    "height of the lugs above the rim",
+);
+pub(super) const LUG_COUNT: Param = plain(
+    "lug_count",
+    "N",
+    "1",
+    (0.0, 200.0),
+    1.0,
+    "lugs around the wheel",
+);
+pub(super) const LATERAL_MODULUS: Param = positive(
+    "lateral_shear_modulus",
+    "K_y",
+    "m",
+    (1e-5, 1.0),
+    0.4,
+    "shear deformation modulus across the wheel",
+);

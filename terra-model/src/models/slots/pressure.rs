@@ -135,13 +135,10 @@ impl PressureKind {
     }
 
     /// The law with its numbers, and a layer of its own below a depth.
-    ///
-    /// `cohesion` is the soil's own, no effect's factor on it.
     pub(super) fn read<T: Real>(
         self,
         values: &Values<'_, T>,
         at: &Contact<T>,
-        cohesion: Option<T>,
     ) -> Result<(Pressure<T>, Option<Layer<T>>), ModelError> {
         let factor = at.hooks.stiffness;
         let model = values.model;
@@ -181,10 +178,8 @@ impl PressureKind {
                 power(bekker()?, exponent(growth * at.slip.abs())?)
             }
             PressureKind::Reece => {
-                let c = match cohesion {
-                    Some(c) => c,
-                    None => values.get("cohesion", Must::NotBeNegative)?,
-                };
+                // The soil's own: no effect's factor on the shear stress.
+                let c = values.get("cohesion", Must::NotBeNegative)?;
                 let n = exponent(T::zero())?;
                 let weight = values.get("unit_weight", Must::NotBeNegative)? * at.width;
                 let sum = c * values.get("k_c_prime", Must::NotBeNegative)?

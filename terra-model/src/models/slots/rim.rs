@@ -7,6 +7,7 @@
 
 use super::contact_state::{Soil, Sums, angle_at_depth, depth_base};
 use super::pieces::Pieces;
+use super::pushed::{Lugs, Side};
 use crate::forces::StressPoint;
 use crate::quadrature::t_minus_sin;
 use crate::real::{Real, Root};
@@ -26,6 +27,8 @@ pub(super) struct Rim<T> {
     pub(super) width: T,
     /// tan β of a sideways slip that the shear stress follows.
     pub(super) turned: Option<T>,
+    pub(super) lugs: Option<Lugs<T>>,
+    pub(super) side: Option<Side<T>>,
 }
 
 impl<T: Real> Rim<T> {
@@ -40,6 +43,8 @@ impl<T: Real> Rim<T> {
             torque_arm: f(self.torque_arm),
             width: f(self.width),
             turned: self.turned.map(f),
+            lugs: self.lugs.map(|l| l.map(f)),
+            side: self.side.map(|s| s.map(f)),
         }
     }
 
@@ -91,6 +96,8 @@ impl<T: Real> Rim<T> {
         let zero = T::zero();
         let (mut load, mut thrust, mut compaction, mut shear, mut lateral) =
             (zero, zero, zero, zero, zero);
+        // Lugs and flank, beside what acts on the rim.
+        let (mut lug_load, mut lug_thrust, mut lug_moment, mut flank) = (zero, zero, zero, zero);
         let branches = [(entry, apex - entry), (exit, apex - exit)];
         for ((start, step), pieces) in branches.into_iter().zip(&pieces) {
             let base = |u: T| self.radius * depth_base(entry, d, half_d * u);
@@ -106,17 +113,29 @@ impl<T: Real> Rim<T> {
                 thrust += tau * cos;
                 shear += tau;
                 lateral += strength * across;
+                if let Some(lugs) = &self.lugs {
+                    let (force, moment) = lugs.push(normal, plain);
+                    lug_load += force * along * sin;
+                    lug_thrust += force * along * cos;
+                    lug_moment += (force * self.torque_arm + moment) * along;
+                }
+                if let Some(side) = &self.side {
+                    let way = self.shear_radius * (T::one() - self.slip) * (entry - angle);
+                    lateral += strength * side.mobilised(&soil.strength, way);
+                    let depth = base(u) * u;
+                    flank += side.push(depth) * (self.radius - depth * cos) * plain;
+                }
             });
         }
         let area = self.radius * self.width;
         Sums {
-            load: load * area,
-            thrust: thrust * area,
+            load: load * area + lug_load * self.width,
+            thrust: thrust * area + lug_thrust * self.width,
             compaction: compaction * area,
             bulldozing: zero,
-            torque: shear * area * self.torque_arm,
+            torque: shear * area * self.torque_arm + lug_moment * self.width,
             // A wheel that slides to the left is pushed to the right.
-            lateral: -(lateral * area),
+            lateral: -(lateral * area + flank),
         }
     }
 }

@@ -25,6 +25,9 @@ fn value(name: &str, soil: usize, soft: bool) -> Option<f64> {
         "adhesion" => three([300.0, 900.0, 9e3]),
         "interface_friction_angle" => three([0.32, 0.4, 0.2]),
         "c3" => three([-0.1, -0.2, -0.05]),
+        "lug_height" => three([0.01, 0.005, 0.015]),
+        "lug_count" => three([24.0, 30.0, 18.0]),
+        "lateral_shear_modulus" => three([0.02, 0.015, 0.01]),
         "lug_reach" => three([0.005, 0.0, 0.01]),
         _ => None,
     }

@@ -6,6 +6,7 @@ use super::contact_state::{Soil, Sums};
 use super::linear::Linear;
 use super::params as par;
 use super::pressure::PressureKind;
+use super::pushed::{Broken, Lugs, Side};
 use super::rim::Rim;
 use crate::contact::{Contact, Hook};
 use crate::error::ModelError;
@@ -21,15 +22,19 @@ pub(super) enum WheelKind {
     LinearStressSymmetric,
     DingClosed,
     ScmColumn,
+    GrouserPassive,
+    Lateral,
 }
 
 impl WheelKind {
-    pub(super) const ALL: [WheelKind; 5] = [
+    pub(super) const ALL: [WheelKind; 7] = [
         WheelKind::WongReece,
         WheelKind::LinearStress,
         WheelKind::LinearStressSymmetric,
         WheelKind::DingClosed,
         WheelKind::ScmColumn,
+        WheelKind::GrouserPassive,
+        WheelKind::Lateral,
     ];
 
     pub(super) fn name(self) -> &'static str {
@@ -39,6 +44,8 @@ impl WheelKind {
             WheelKind::LinearStressSymmetric => "linear-stress-symmetric",
             WheelKind::DingClosed => "ding-closed",
             WheelKind::ScmColumn => "scm-column",
+            WheelKind::GrouserPassive => "grouser-passive",
+            WheelKind::Lateral => "lateral",
         }
     }
 
@@ -53,6 +60,12 @@ impl WheelKind {
     pub(super) fn summary(self) -> &'static str {
         match self {
             WheelKind::WongReece => "rigid wheel with an apex that moves with slip",
+            WheelKind::GrouserPassive => {
+                "rigid wheel with an apex that moves with slip, whose lugs push soil with its passive pressure"
+            }
+            WheelKind::Lateral => {
+                "rigid wheel with an apex that moves with slip and a side force under a slip angle"
+            }
             WheelKind::LinearStress => {
                 "rigid wheel whose stresses are linear between entry, apex and bottom: a closed form"
             }
@@ -79,6 +92,12 @@ impl WheelKind {
             WheelKind::DingClosed => {
                 "L. Ding et al., J. Field Robotics 32(6):827-852, 2015 (closed form recalled)"
             }
+            WheelKind::GrouserPassive => {
+                "Rankine passive pressure on lugs, as M. G. Bekker, 1969; its mobilisation with slip is chosen"
+            }
+            WheelKind::Lateral => {
+                "G. Ishigami, A. Miwa, K. Nagatani, K. Yoshida, J. Field Robotics 24(3):233-250, 2007 (formulas recalled)"
+            }
             WheelKind::ScmColumn => {
                 "A. Tasora et al., Int. J. Vehicle Performance 5(1):60-76, 2019; the closed form is ours"
             }
@@ -90,13 +109,23 @@ impl WheelKind {
             WheelKind::WongReece | WheelKind::LinearStress => &[par::C1, par::C2],
             WheelKind::LinearStressSymmetric | WheelKind::ScmColumn => &[],
             WheelKind::DingClosed => &[par::C1, par::C2, par::C3, par::LUG_REACH],
+            WheelKind::GrouserPassive => &[
+                par::C1,
+                par::C2,
+                par::UNIT_WEIGHT,
+                par::LUG_HEIGHT,
+                par::LUG_COUNT,
+            ],
+            WheelKind::Lateral => &[par::C1, par::C2, par::UNIT_WEIGHT, par::LATERAL_MODULUS],
         }
     }
 
     /// Hooks of the wheel itself.
     pub(super) fn hooks(self) -> &'static [Hook] {
         match self {
-            WheelKind::WongReece => &[
+            // A side force of its own, so none by a hook.
+            WheelKind::Lateral => &[Hook::ContactRadius, Hook::ExitRatio, Hook::LugHeight],
+            WheelKind::WongReece | WheelKind::GrouserPassive => &[
                 Hook::ContactRadius,
                 Hook::ExitRatio,
                 Hook::LugHeight,
@@ -114,6 +143,11 @@ impl WheelKind {
             self,
             WheelKind::LinearStress | WheelKind::LinearStressSymmetric | WheelKind::DingClosed
         )
+    }
+
+    /// True where parts of the wheel push soil until it breaks.
+    pub(super) fn breaks_the_soil(self) -> bool {
+        matches!(self, WheelKind::GrouserPassive | WheelKind::Lateral)
     }
 
     /// The wheel with its numbers on a soil.
@@ -178,8 +212,26 @@ impl WheelKind {
                     width: at.width,
                 }),
             }),
-            WheelKind::WongReece => {
+            WheelKind::WongReece | WheelKind::GrouserPassive | WheelKind::Lateral => {
                 let (apex_ratio, apex_limited) = apex()?;
+                let broken = || -> Result<Broken<T>, ModelError> {
+                    Ok(Broken {
+                        cohesion: values.get("cohesion", Must::NotBeNegative)?,
+                        angle: values.get("friction_angle", Must::BeAcute)?,
+                        weight: values.get("unit_weight", Must::NotBeNegative)?,
+                    })
+                };
+                let (mut lugs, mut side) = (None, None);
+                if self == WheelKind::GrouserPassive {
+                    let count = values.get("lug_count", Must::NotBeNegative)?;
+                    let height = values.get("lug_height", Must::NotBeNegative)?;
+                    lugs = Some(Lugs::new(broken()?, count, height));
+                }
+                if self == WheelKind::Lateral {
+                    let modulus = values.get("lateral_shear_modulus", Must::BePositive)?
+                        * at.hooks.shear_modulus;
+                    side = Some(Side::new(broken()?, modulus, at.slip_angle)?);
+                }
                 Ok(Wheel {
                     apex_limited,
                     shape: Shape::Rim(Rim {
@@ -191,6 +243,8 @@ impl WheelKind {
                         shear_radius: radius + lug,
                         torque_arm: at.radius + lug,
                         width: at.width,
+                        lugs,
+                        side,
                         turned: at.hooks.lateral_slip.filter(|tan| {
                             !is_plain::<T>() || T::Primal::zero().any_lt(tan.abs().primal())
                         }),
@@ -293,7 +347,10 @@ impl<T: Real> Wheel<T> {
     pub(super) fn has_lugs(&self) -> bool {
         match &self.shape {
             Shape::Linear(w) => w.has_lugs,
-            Shape::Rim(_) | Shape::Column(_) => false,
+            Shape::Rim(w) => w
+                .lugs
+                .is_some_and(|l| T::Primal::zero().any_lt(l.height.primal())),
+            Shape::Column(_) => false,
         }
     }
 
