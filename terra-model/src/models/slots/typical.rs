@@ -1,9 +1,9 @@
-//! Typical values of all parameters of the slots, on three soils of the catalogue.
+//! Typical values of all parameters of the slots, on four soils of the catalogue.
 
 use crate::catalogue;
 use crate::param::Param;
 
-/// Values for parameters that the catalogue does not give, of a firm, a loamy and a clayey soil under a wheel of .15 m.
+/// Values for parameters that the catalogue does not give, for a sandy, a loamy and a clayey soil under a wheel of .15 m.
 fn value(name: &str, soil: usize, soft: bool) -> Option<f64> {
     let three = |values: [f64; 3]| values.get(soil).copied();
     match name {
@@ -39,15 +39,19 @@ pub(super) fn parameters(params: &[Param]) -> Vec<Vec<f64>> {
     let soft = params
         .iter()
         .any(|p| matches!(p.name, "snow_pressure" | "peat_stiffness"));
-    ["dry_sand", "upland_sandy_loam", "lean_clay_22"]
-        .into_iter()
-        .enumerate()
-        .filter_map(|(k, id)| {
-            let terrain = catalogue::find(id).ok()?;
-            params
-                .iter()
-                .map(|p| value(p.name, k, soft).or_else(|| terrain.value(p.name)))
-                .collect()
-        })
-        .collect()
+    [
+        ("dry_sand", 0),
+        ("upland_sandy_loam", 1),
+        ("lean_clay_22", 2),
+        ("chrono_soft", 0),
+    ]
+    .into_iter()
+    .filter_map(|(id, k)| {
+        let terrain = catalogue::find(id).ok()?;
+        params
+            .iter()
+            .map(|p| value(p.name, k, soft).or_else(|| terrain.value(p.name)))
+            .collect()
+    })
+    .collect()
 }
