@@ -76,6 +76,21 @@ impl Terrain {
         self.k_c / width + self.k_phi
     }
 
+    /// The value of a parameter of that name, where the row gives it.
+    pub(crate) fn value(&self, parameter: &str) -> Option<f64> {
+        match parameter {
+            "k_c" => Some(self.k_c),
+            "k_phi" => Some(self.k_phi),
+            "sinkage_exponent" => Some(self.sinkage_exponent),
+            "cohesion" => Some(self.cohesion),
+            "friction_angle" => Some(self.friction_angle),
+            "shear_modulus" => self.shear_modulus,
+            "c1" => Some(self.c1.unwrap_or(0.5)),
+            "c2" => Some(self.c2.unwrap_or(0.0)),
+            _ => None,
+        }
+    }
+
     /// This soil as the parameter vector of a model, matched by parameter name.
     ///
     /// # Errors
@@ -85,18 +100,7 @@ impl Terrain {
             .params()
             .iter()
             .map(|p| {
-                let value = match p.name {
-                    "k_c" => Some(self.k_c),
-                    "k_phi" => Some(self.k_phi),
-                    "sinkage_exponent" => Some(self.sinkage_exponent),
-                    "cohesion" => Some(self.cohesion),
-                    "friction_angle" => Some(self.friction_angle),
-                    "shear_modulus" => self.shear_modulus,
-                    "c1" => Some(self.c1.unwrap_or(0.5)),
-                    "c2" => Some(self.c2.unwrap_or(0.0)),
-                    _ => None,
-                };
-                value.ok_or_else(|| ModelError::MissingValue {
+                self.value(p.name).ok_or_else(|| ModelError::MissingValue {
                     terrain: self.id.to_string(),
                     parameter: p.name,
                     model: model.name(),

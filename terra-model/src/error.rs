@@ -103,6 +103,14 @@ pub enum ModelError {
         /// The closest known one.
         nearest: Option<String>,
     },
+    /// Slots of a model name that do not go together.
+    #[error("model '{name}': {reason}")]
+    Combination {
+        /// The name.
+        name: String,
+        /// Why not.
+        reason: String,
+    },
     /// A catalogue row that lacks a value the model needs.
     #[error("terrain '{terrain}' gives no {parameter}, which model {model} needs")]
     MissingValue {

@@ -101,6 +101,11 @@ pub trait TerrainModel: Default + Send + Sync + 'static {
         Soil::unknown()
     }
 
+    /// Parameter vectors of typical soils, for models whose parameters the catalogue does not give.
+    fn typical() -> Vec<Vec<f64>> {
+        Vec::new()
+    }
+
     /// Stresses along the contact from exit to entry, `points` of them; `None` for models without stresses.
     ///
     /// # Errors
@@ -167,6 +172,8 @@ pub trait AnyModel: ModelAt<f64> + ModelAt<Dual8> + ModelAt<Dual16> + ModelAt<La
         precision: Precision,
         out: &mut BatchForces,
     ) -> Result<(), ModelError>;
+    /// See [`TerrainModel::typical`].
+    fn typical_parameters(&self) -> Vec<Vec<f64>>;
     /// See [`TerrainModel::stresses`].
     ///
     /// # Errors
@@ -209,6 +216,9 @@ impl<M: TerrainModel> AnyModel for M {
         out: &mut BatchForces,
     ) -> Result<(), ModelError> {
         self.forces_batch(batch, precision, out)
+    }
+    fn typical_parameters(&self) -> Vec<Vec<f64>> {
+        M::typical()
     }
     fn stress_profile(
         &self,

@@ -36,6 +36,13 @@ impl Registry {
         self
     }
 
+    /// Adds a terrain model that is known only by name.
+    #[must_use]
+    pub fn with_shared(mut self, model: Arc<dyn AnyModel>) -> Self {
+        self.models.push(model);
+        self
+    }
+
     /// Adds an effect, or another form of one.
     #[must_use]
     pub fn with_effect<E: Effect>(mut self) -> Self {
@@ -53,30 +60,32 @@ impl Registry {
         &self.effects
     }
 
-    /// A model by name; `wheel:pressure:shear` slots that spell out a model's own defaults are accepted.
+    /// A model by name: a registered one, or any wheel of the slots `wheel[:pressure[:shear]]`, e.g.
+    /// `wong-reece:reece:wong-hump`. Slots that spell out a wheel's own defaults mean the wheel itself.
     ///
     /// # Errors
-    /// [`ModelError::UnknownName`].
+    /// [`ModelError::UnknownName`] with the nearest name of the slot in question; [`ModelError::Combination`] for slots that
+    /// the model does not have or that do not go together.
     pub fn model(&self, name: &str) -> Result<Arc<dyn AnyModel>, ModelError> {
-        let name = if let Some(base) = name.strip_suffix(":janosi-hanamoto") {
-            base
-        } else {
-            name
-        };
-        let name = if let Some(base) = name.strip_suffix(":bekker") {
-            base
-        } else {
-            name
-        };
-        self.models
-            .iter()
-            .find(|m| m.name() == name)
-            .cloned()
-            .ok_or_else(|| ModelError::UnknownName {
+        if let Some(model) = self.registered(name) {
+            return Ok(model);
+        }
+        let names: Vec<&'static str> = self.models.iter().map(|m| m.name()).collect();
+        if !name.contains(':') {
+            return Err(ModelError::UnknownName {
                 kind: "terrain model",
                 name: name.to_owned(),
-                nearest: nearest(name, self.models.iter().map(|m| m.name())).map(str::to_owned),
-            })
+                nearest: nearest(name, names).map(str::to_owned),
+            });
+        }
+        let composed = models::slots::by_name(name, &names)?;
+        Ok(self
+            .registered(composed.name())
+            .unwrap_or_else(|| composed.shared()))
+    }
+
+    fn registered(&self, name: &str) -> Option<Arc<dyn AnyModel>> {
+        self.models.iter().find(|m| m.name() == name).cloned()
     }
 
     /// An effect's default form (the first registered) by name.

@@ -16,7 +16,13 @@ fn every_model_conforms() {
     assert!(registry.models().len() >= 2);
     for model in registry.models() {
         let checked = check_model_dyn(&**model).unwrap_or_else(|e| panic!("{e}"));
-        assert!(checked.derivatives > 1000, "{checked:?}");
+        // A model that the catalogue knows no soils for is examined on its own few.
+        let known = terra_model::catalogue::find("dry_sand")
+            .unwrap()
+            .parameters(&**model)
+            .is_ok();
+        let enough = if known { 1000 } else { 100 };
+        assert!(checked.derivatives > enough, "{checked:?}");
     }
 }
 
@@ -47,8 +53,10 @@ fn every_pair_conforms() {
             }
         }
     }
-    // All 16 that act on the wheel go with the full wheel; the closed form lacks five hooks.
-    assert_eq!(carried, 16 + 11);
+    // All 16 that act on the wheel go with the full wheel; the linear closed forms and Bekker's lack five hooks, columns
+    // the exit and the sideways slip, Ding's form layer, hump and sideways slip; the wheel under a slip angle has a side force of its own. Two concern the rig and the radius alone,
+    // and go with the models that know no soil.
+    assert_eq!(carried, 16 + 11 + 11 + 14 + 13 + 16 + 15 + 11 + 2 + 2);
 }
 
 #[test]

@@ -132,6 +132,9 @@ pub fn check_pair(
     };
     let mut soils = sample::literature(&**model);
     if soils.is_empty() {
+        soils = model.typical_parameters();
+    }
+    if soils.is_empty() {
         let usable = |p: &Vec<f64>| plain.forces(p, &contact(0.2, 245.25)).is_ok();
         soils = sample::domain(model.params(), 200)
             .into_iter()

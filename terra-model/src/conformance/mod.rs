@@ -113,9 +113,11 @@ fn described(record: &mut Record, texts: [(&str, &str); 3], params: &[crate::Par
     let [(_, name), ..] = texts;
     let kebab = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
     let snake = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_';
-    record.expect(!name.is_empty() && name.chars().all(kebab), "name", || {
-        format!("'{name}' is not kebab-case")
-    });
+    // Models put together from slots are named slot by slot.
+    let named = name
+        .split(':')
+        .all(|slot| !slot.is_empty() && slot.chars().all(kebab));
+    record.expect(named, "name", || format!("'{name}' is not kebab-case"));
     for (what, text) in texts {
         record.expect(!text.trim().is_empty(), "description", || {
             format!("no {what}")

@@ -21,13 +21,16 @@ pub fn check_model<M: TerrainModel>() -> Result<Checked, Failures> {
     check_model_dyn(&M::default())
 }
 
-/// Examines a model known by name. Typical soils are those of the catalogue, where the model has their parameters, and
-/// otherwise points of its declared domain.
+/// Examines a model known by name. Typical soils are those of the catalogue, where the model has their parameters, else
+/// those it names itself, else points of its declared domain.
 ///
 /// # Errors
 /// As [`check_model`].
 pub fn check_model_dyn(model: &dyn AnyModel) -> Result<Checked, Failures> {
     let mut typical = sample::literature(model);
+    if typical.is_empty() {
+        typical = model.typical_parameters();
+    }
     if typical.is_empty() {
         let usable = |p: &Vec<f64>| forces(model, p, &contact(0.2, 245.25)).is_ok();
         typical = sample::domain(model.params(), 400)

@@ -1,0 +1,408 @@
+//! Wheels put together from slots: `wheel:pressure:shear`, e.g. `wong-reece:reece:wong-hump`.
+//!
+//! A wheel says where stresses act, a pressure law how the normal stress grows with sinkage, a shear law how the shear
+//! stress grows with displacement. Parameters are those of the pressure law, of the shear law, of the wheel, in that
+//! order. A load gives the entry angle; its derivatives follow from one implicit step.
+//!
+//! To add a law is to add a variant to [`pressure`] or [`shear`], a wheel one to [`wheel`].
+
+pub(super) mod checks;
+mod column;
+mod contact_state;
+mod linear;
+mod params;
+mod pieces;
+mod pressure;
+mod pushed;
+mod rim;
+mod shear;
+mod typical;
+mod wheel;
+
+use std::sync::{Arc, OnceLock};
+
+use crate::contact::{Contact, Hook};
+use crate::error::ModelError;
+use crate::forces::{Angles, Contributions, Flags, StressProfile, WheelForces};
+use crate::model::{AnyModel, ModelAt, Soil};
+use crate::names::nearest;
+use crate::param::Param;
+use crate::real::{Real, Root, is_plain};
+use crate::root::entry_angle;
+use checks::Values;
+use contact_state::Sums;
+use pressure::{Layer, PressureKind};
+use shear::ShearKind;
+use wheel::{Wheel, WheelKind};
+
+/// One combination of slots. All of them are listed once, so that names and parameters live as long as the program.
+struct Combination {
+    wheel: WheelKind,
+    pressure: PressureKind,
+    shear: ShearKind,
+    name: String,
+    summary: String,
+    reference: String,
+    params: Vec<Param>,
+    hooks: Vec<Hook>,
+}
+
+impl Combination {
+    fn new(wheel: WheelKind, pressure: PressureKind, shear: ShearKind) -> Self {
+        let mut name = wheel.name().to_owned();
+        let plain_shear = shear == ShearKind::JanosiHanamoto;
+        if pressure != wheel.default_pressure() || !plain_shear {
+            name.push(':');
+            name.push_str(pressure.name());
+        }
+        if !plain_shear {
+            name.push(':');
+            name.push_str(shear.name());
+        }
+        let mut params = pressure.params(shear.is_of_the_soil());
+        params.extend(shear.params());
+        for more in wheel.params() {
+            // The weight of the soil is one number, whoever asks for it.
+            if params.iter().all(|p| p.name != more.name) {
+                params.push(*more);
+            }
+        }
+        let mut hooks = [pressure.hooks(), shear.hooks(), wheel.hooks()].concat();
+        if wheel.knows_only_the_apex() {
+            hooks.retain(|h| !matches!(h, Hook::Layer | Hook::ShearHump));
+        }
+        Combination {
+            wheel,
+            pressure,
+            shear,
+            summary: format!(
+                "{}; {}, {}",
+                wheel.summary(),
+                pressure.summary(),
+                shear.summary()
+            ),
+            reference: format!(
+                "{}; {}; {}",
+                wheel.reference(),
+                pressure.reference(),
+                shear.reference()
+            ),
+            name,
+            params,
+            hooks,
+        }
+    }
+}
+
+fn combinations() -> &'static [Combination] {
+    static ALL: OnceLock<Vec<Combination>> = OnceLock::new();
+    ALL.get_or_init(|| {
+        let mut all = vec![];
+        for wheel in WheelKind::ALL {
+            for pressure in PressureKind::ALL {
+                for shear in ShearKind::ALL {
+                    if senseless(wheel, shear).is_none() {
+                        all.push(Combination::new(wheel, pressure, shear));
+                    }
+                }
+            }
+        }
+        all
+    })
+}
+
+/// Why a wheel and a shear law do not go together.
+fn senseless(wheel: WheelKind, shear: ShearKind) -> Option<&'static str> {
+    if wheel.knows_only_the_apex() && shear.falls() {
+        return Some(
+            "this closed form knows the shear stress at its apex alone, and the law peaks elsewhere along the contact",
+        );
+    }
+    if wheel.breaks_the_soil() && !shear.is_of_the_soil() {
+        return Some(
+            "what lugs and flanks push aside resists with the soil's own cohesion and friction angle, which an interface does not tell",
+        );
+    }
+    None
+}
+
+/// A wheel put together from slots.
+#[derive(Clone, Copy)]
+pub(crate) struct Composed(&'static Combination);
+
+/// The wheels of the slots that are presets of their own, with their default laws.
+pub(crate) fn presets() -> impl Iterator<Item = Composed> {
+    [
+        WheelKind::LinearStressSymmetric,
+        WheelKind::ScmColumn,
+        WheelKind::DingClosed,
+        WheelKind::GrouserPassive,
+        WheelKind::Lateral,
+    ]
+    .into_iter()
+    .filter_map(|wheel| find(wheel, wheel.default_pressure(), ShearKind::JanosiHanamoto))
+}
+
+fn find(wheel: WheelKind, pressure: PressureKind, shear: ShearKind) -> Option<Composed> {
+    combinations()
+        .iter()
+        .find(|c| (c.wheel, c.pressure, c.shear) == (wheel, pressure, shear))
+        .map(Composed)
+}
+
+/// The item of that name.
+fn slot<K: Copy>(
+    kind: &'static str,
+    all: &[K],
+    name_of: impl Fn(K) -> &'static str,
+    name: &str,
+) -> Result<K, ModelError> {
+    all.iter()
+        .copied()
+        .find(|k| name_of(*k) == name)
+        .ok_or_else(|| ModelError::UnknownName {
+            kind,
+            name: name.to_owned(),
+            nearest: nearest(name, all.iter().map(|k| name_of(*k))).map(str::to_owned),
+        })
+}
+
+/// What `wheel:pressure[:shear]` means: the combination, whose own name leaves out what goes without saying.
+///
+/// `registered` are the names of whole models, which have no slots unless they are wheels of this list.
+///
+/// # Errors
+/// [`ModelError::UnknownName`] for the slot that nobody knows; [`ModelError::Combination`] for slots on a model that
+/// has none, too many slots, or slots that do not go together.
+pub(crate) fn by_name(name: &str, registered: &[&'static str]) -> Result<Composed, ModelError> {
+    let combination = |reason: String| ModelError::Combination {
+        name: name.to_owned(),
+        reason,
+    };
+    let parts: Vec<&str> = name.split(':').collect();
+    let (wheel, pressure, shear) = match parts.as_slice() {
+        [wheel] => (*wheel, None, None),
+        [wheel, pressure] => (*wheel, Some(*pressure), None),
+        [wheel, pressure, shear] => (*wheel, Some(*pressure), Some(*shear)),
+        _ => {
+            return Err(combination(
+                "a wheel has two slots, wheel:pressure:shear".to_owned(),
+            ));
+        }
+    };
+    let is_wheel = WheelKind::ALL.iter().any(|k| k.name() == wheel);
+    if registered.contains(&wheel) && !is_wheel {
+        return Err(combination(format!(
+            "{wheel} is a whole model without slots"
+        )));
+    }
+    if !registered.contains(&wheel) {
+        return Err(ModelError::UnknownName {
+            kind: "wheel",
+            name: wheel.to_owned(),
+            nearest: nearest(wheel, registered.iter().copied()).map(str::to_owned),
+        });
+    }
+    let wheel = slot("wheel", &WheelKind::ALL, WheelKind::name, wheel)?;
+    let pressure = match pressure {
+        Some(p) => slot("pressure law", &PressureKind::ALL, PressureKind::name, p)?,
+        None => wheel.default_pressure(),
+    };
+    let shear = match shear {
+        Some(s) => slot("shear law", &ShearKind::ALL, ShearKind::name, s)?,
+        None => ShearKind::JanosiHanamoto,
+    };
+    find(wheel, pressure, shear).ok_or_else(|| {
+        let reason = senseless(wheel, shear).unwrap_or("these slots do not go together");
+        combination(reason.to_owned())
+    })
+}
+
+impl Composed {
+    /// This model, shared.
+    pub(crate) fn shared(self) -> Arc<dyn AnyModel> {
+        Arc::new(self)
+    }
+
+    fn values<'a, T>(&self, p: &'a [T]) -> Result<Values<'a, T>, ModelError> {
+        let c = self.0;
+        if p.len() != c.params.len() {
+            return Err(ModelError::ParameterCount {
+                model: c.name.clone(),
+                expected: c.params.len(),
+                found: p.len(),
+            });
+        }
+        Ok(Values {
+            model: &c.name,
+            params: &c.params,
+            p,
+        })
+    }
+
+    fn wheel<T: Real>(&self, p: &[T], at: &Contact<T>) -> Result<Wheel<T>, ModelError> {
+        checks::contact(at)?;
+        let c = self.0;
+        let values = self.values(p)?;
+        let strength = c.shear.read(&values, at)?;
+        let (law, own_layer) = c.pressure.read(&values, at)?;
+        // A layer at depth zero is no layer; one of no extra stiffness only where it carries a derivative.
+        let above_zero = |x: T| T::Primal::zero().any_lt(x.primal());
+        let hooks = &at.hooks;
+        let felt = above_zero(hooks.layer_depth)
+            && (!is_plain::<T>() || above_zero(hooks.layer_stiffness));
+        let hooked = felt.then_some(Layer {
+            depth: hooks.layer_depth,
+            stiffness: hooks.layer_stiffness,
+        });
+        let soil = contact_state::Soil::new(law, [own_layer, hooked], strength);
+        c.wheel.read(&values, at, soil)
+    }
+
+    /// The entry angle that carries the load: iterated in the primal, its derivatives by one implicit step.
+    fn entry<T: Real>(wheel: &Wheel<T>, at: &Contact<T>) -> Result<T, ModelError> {
+        type Tangent<T> = <<T as Real>::Primal as Root>::Tangent;
+        let primal = wheel.map(T::primal);
+        let load = at.normal_load.primal();
+        let guess = primal
+            .soil()
+            .pressure
+            .entry_guess(load, primal.radius(), at.width.primal());
+        let tangent: Wheel<Tangent<T>> = primal.map(Tangent::<T>::from_primal);
+        let slip = at.slip.primal();
+        // The search takes the load of a driven wheel to rise with its sinkage; where it need not, it searches as for a
+        // braked one.
+        let search = if wheel.load_may_fall() {
+            slip.min_of(T::Primal::from(-1.0))
+        } else {
+            slip
+        };
+        let ln_root = entry_angle(load, guess, search, |angle| tangent.sums(angle).load);
+        let ln_root = ln_root.map_err(|e| match e {
+            ModelError::NotConverged {
+                iterations, load, ..
+            } => ModelError::NotConverged {
+                iterations,
+                load,
+                slip: slip.max_lane(),
+            },
+            e => e,
+        })?;
+        let root = ln_root.exp();
+        let (_, slope) = T::Primal::parts(tangent.sums(root.seed()).load);
+        let root = T::from_primal(root);
+        Ok(root - (wheel.sums(root).load - at.normal_load) / T::from_primal(slope))
+    }
+}
+
+impl<T: Real> ModelAt<T> for Composed {
+    fn wheel_forces_at(&self, p: &[T], at: &Contact<T>) -> Result<WheelForces<T>, ModelError> {
+        let wheel = self.wheel(p, at)?;
+        let entry = Self::entry(&wheel, at)?;
+        let Sums {
+            thrust,
+            compaction,
+            bulldozing,
+            torque,
+            lateral,
+            ..
+        } = wheel.sums(entry);
+        let (sin_half, _) = (entry * 0.5).sin_cos();
+        let sinkage = wheel.radius() * sin_half.squared() * 2.0 + wheel.soil().pressure.floor();
+        let (exit, max_stress) = wheel.angles(entry);
+        Ok(WheelForces {
+            drawbar_pull: thrust - compaction - bulldozing,
+            resistive_torque: torque,
+            lateral_force: lateral,
+            sinkage: Some(sinkage),
+            angles: Some(Angles {
+                entry,
+                exit,
+                max_stress,
+            }),
+            parts: Contributions {
+                thrust,
+                compaction_resistance: compaction,
+                bulldozing_resistance: bulldozing,
+                other: T::zero(),
+            },
+            flags: Flags {
+                braking: at.slip.primal().any_lt(T::Primal::zero()),
+                apex_limited: wheel.apex_limited,
+                deep_sinkage: (at.radius * 0.5).primal().any_lt(sinkage.primal()),
+            },
+        })
+    }
+
+    fn soil_at(&self, p: &[T], at: &Contact<T>) -> Soil<T> {
+        let mut soil = Soil::unknown();
+        let named = |name: &str| {
+            let place = self.0.params.iter().position(|q| q.name == name)?;
+            p.get(place).copied()
+        };
+        soil.cohesion = named("cohesion");
+        soil.friction_angle = named("friction_angle");
+        soil.shear_modulus = named("shear_modulus");
+        let width = at.width;
+        let n = named("sinkage_exponent");
+        if let (Some(k_c), Some(k_phi)) = (named("k_c"), named("k_phi")) {
+            soil.stiffness = Some(k_c / width + k_phi);
+        }
+        if let (Some(c), Some(k_c), Some(weight), Some(k_phi), Some(n)) = (
+            soil.cohesion,
+            named("k_c_prime"),
+            named("unit_weight"),
+            named("k_phi_prime"),
+            n,
+        ) {
+            soil.stiffness = Some((c * k_c + weight * width * k_phi) * width.pow_pos(-n));
+        }
+        let growth = named("slip_exponent").map(|n1| n1 * at.slip.abs());
+        soil.sinkage_exponent = n.map(|n| growth.map_or(n, |more| n + more));
+        soil
+    }
+}
+
+impl AnyModel for Composed {
+    fn name(&self) -> &'static str {
+        &self.0.name
+    }
+    fn summary(&self) -> &'static str {
+        &self.0.summary
+    }
+    fn params(&self) -> &'static [Param] {
+        &self.0.params
+    }
+    fn reference(&self) -> &'static str {
+        &self.0.reference
+    }
+    fn hooks(&self) -> &'static [Hook] {
+        &self.0.hooks
+    }
+    fn typical_parameters(&self) -> Vec<Vec<f64>> {
+        typical::parameters(self.params())
+    }
+    fn stress_profile(
+        &self,
+        p: &[f64],
+        at: &Contact<f64>,
+        points: usize,
+    ) -> Result<Option<StressProfile>, ModelError> {
+        let wheel = self.wheel(p, at)?;
+        let entry = Self::entry(&wheel, at)?;
+        if wheel.has_lugs() {
+            return Ok(None);
+        }
+        let (exit, apex) = wheel.angles(entry);
+        Ok(Some(StressProfile::sample(
+            exit,
+            apex,
+            entry,
+            points,
+            |angle| wheel.stress_at(entry, angle),
+        )))
+    }
+}
+
+#[cfg(test)]
+mod tests;

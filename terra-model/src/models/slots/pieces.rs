@@ -1,0 +1,148 @@
+//! Quadrature along one branch of a contact for any pressure law.
+//!
+//! # Equation
+//! ∫ f(u) du over \[0, 1\], u = 0 where the contact ends. The first piece, up to the first break, has weights for u^m times
+//! a polynomial, where σ ~ u^m; the others are Gauss-Legendre pieces whose lengths grow by a factor of four, so that u^m,
+//! the layer of the shear law at the entry and that of the pressure law are resolved together. Breaks lie where the
+//! integrand has a bend: a change of sign of the shear displacement, a layer of soil, the floor of a rut.
+//!
+//! Where a piece ends carries no derivative, because the integrand is continuous there.
+
+use crate::quadrature::{NODES, rule};
+use crate::real::{Real, Root};
+
+/// A break nearer to the end than this share of a branch holds less than rounding.
+pub(super) const NEGLIGIBLE: f64 = 1e-9;
+/// Steepness above which the layer at the entry gets its own pieces.
+const STEEP: f64 = 6.0;
+/// What the steep quantity reaches at the end of the first of those.
+const FIRST_PIECE: f64 = 4.0;
+/// What it may change by within a piece around a bend.
+const PER_PIECE: f64 = 8.0;
+
+/// Most breaks of one branch.
+const BREAKS: usize = 11;
+
+/// The breaks of a branch in rising order, 1 where there are no more.
+#[derive(Clone, Copy)]
+pub(super) struct Pieces<P> {
+    ends: [P; BREAKS],
+    found: usize,
+    /// How much the steepest dimensionless quantity changes along the branch.
+    steepness: P,
+    dense: bool,
+}
+
+/// One node: its place, its weight for σ/u^m where the piece has one, else for σ, and its weight for all else.
+#[derive(Clone, Copy)]
+pub(super) struct Node<T> {
+    pub(super) u: T,
+    pub(super) normal: T,
+    pub(super) plain: T,
+    /// σ is wanted over u^m.
+    pub(super) over_power: bool,
+}
+
+impl<P: Root> Pieces<P> {
+    /// A branch along which dimensionless quantities (shear displacement over K, depth over a length of the pressure
+    /// law) change by at most `steepness`.
+    pub(super) fn new(steepness: P) -> Self {
+        let one = P::one();
+        let mut pieces = Pieces {
+            ends: [one; BREAKS],
+            found: 0,
+            steepness,
+            dense: false,
+        };
+        pieces.at(P::from(STEEP).select_lt(steepness, P::from(FIRST_PIECE) / steepness, one));
+        pieces
+    }
+
+    /// Adds a break; one outside (0, 1) is none.
+    pub(super) fn at(&mut self, u: P) {
+        let one = P::one();
+        let small = u.select_lt(P::from(NEGLIGIBLE), one, u);
+        let mut next = one.select_lt(small, one, small);
+        for end in &mut self.ends {
+            let (low, high) = (end.min_of(next), end.max_of(next));
+            (*end, next) = (low, high);
+        }
+        self.found += 1;
+        debug_assert!(self.found <= BREAKS);
+    }
+
+    /// Adds a break with steep changes on both its sides.
+    pub(super) fn bend_at(&mut self, u: P) {
+        self.at(u);
+        self.dense = self.dense || (P::from(NEGLIGIBLE).any_lt(u) && u.any_lt(P::one()));
+    }
+
+    /// All nodes of the branch in u, with `weights` for u^m on the first piece.
+    pub(super) fn each_node<T: Real<Primal = P>>(
+        &self,
+        exponent: T,
+        weights: &[T; NODES],
+        mut visit: impl FnMut(Node<T>),
+    ) {
+        let rule = rule();
+        let one = P::one();
+        let first = self.ends[0];
+        let whole = !first.any_lt(one);
+        let first_t = T::from_primal(first);
+        let scale = if whole {
+            T::one()
+        } else {
+            first_t.pow_pos(exponent) * first_t
+        };
+        for ((x, w), power) in rule.nodes.iter().zip(&rule.weights).zip(weights) {
+            visit(Node {
+                u: first_t * *x,
+                // σ/u^m at u = first x, times first^(m + 1) x^m
+                normal: scale * *power,
+                plain: first_t * *w,
+                over_power: true,
+            });
+        }
+        if whole {
+            return;
+        }
+        for pair in self.ends.windows(2) {
+            if let &[low, high] = pair {
+                self.plain_nodes(low, high, &mut visit);
+            }
+        }
+        self.plain_nodes(self.ends[BREAKS - 1], one, &mut visit);
+    }
+
+    fn plain_nodes<T: Real<Primal = P>>(&self, low: P, high: P, visit: &mut impl FnMut(Node<T>)) {
+        if !low.any_lt(high) {
+            return;
+        }
+        let rule = rule();
+        let ratio = high / low;
+        let growing = ratio.max_lane().ln() / 4.0_f64.ln();
+        let dense = if self.dense {
+            ((high - low) * self.steepness / PER_PIECE)
+                .max_lane()
+                .min(32.0)
+        } else {
+            0.0
+        };
+        let count = growing.max(dense).ceil().clamp(1.0, 64.0) as usize;
+        let factor = (ratio.ln() / count as f64).exp();
+        let mut start = low;
+        for k in 1..=count {
+            let end = if k == count { high } else { start * factor };
+            for (x, w) in rule.nodes.iter().zip(&rule.weights) {
+                let weight = T::from_primal((end - start) * *w);
+                visit(Node {
+                    u: T::from_primal(start + (end - start) * *x),
+                    normal: weight,
+                    plain: weight,
+                    over_power: false,
+                });
+            }
+            start = end;
+        }
+    }
+}

@@ -1,0 +1,374 @@
+//! The wheel slot: where the stresses of the soil act on the wheel.
+
+use super::checks::{Must, Values, kinematic, quantity, rim_excess};
+use super::column::Column;
+use super::contact_state::{Soil, Sums};
+use super::linear::Linear;
+use super::params as par;
+use super::pressure::PressureKind;
+use super::pushed::{Broken, Lugs, Side};
+use super::rim::Rim;
+use crate::contact::{Contact, Hook};
+use crate::error::ModelError;
+use crate::forces::StressPoint;
+use crate::param::Param;
+use crate::real::{Real, Root, is_plain};
+
+/// The wheels by name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum WheelKind {
+    WongReece,
+    LinearStress,
+    LinearStressSymmetric,
+    DingClosed,
+    ScmColumn,
+    GrouserPassive,
+    Lateral,
+}
+
+impl WheelKind {
+    pub(super) const ALL: [WheelKind; 7] = [
+        WheelKind::WongReece,
+        WheelKind::LinearStress,
+        WheelKind::LinearStressSymmetric,
+        WheelKind::DingClosed,
+        WheelKind::ScmColumn,
+        WheelKind::GrouserPassive,
+        WheelKind::Lateral,
+    ];
+
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            WheelKind::WongReece => "wong-reece",
+            WheelKind::LinearStress => "linear-stress",
+            WheelKind::LinearStressSymmetric => "linear-stress-symmetric",
+            WheelKind::DingClosed => "ding-closed",
+            WheelKind::ScmColumn => "scm-column",
+            WheelKind::GrouserPassive => "grouser-passive",
+            WheelKind::Lateral => "lateral",
+        }
+    }
+
+    /// The pressure law that goes without saying.
+    pub(super) fn default_pressure(self) -> PressureKind {
+        match self {
+            WheelKind::DingClosed => PressureKind::SlipExponent,
+            _ => PressureKind::Bekker,
+        }
+    }
+
+    pub(super) fn summary(self) -> &'static str {
+        match self {
+            WheelKind::WongReece => "rigid wheel with an apex that moves with slip",
+            WheelKind::GrouserPassive => {
+                "rigid wheel with an apex that moves with slip, whose lugs push soil with its passive pressure"
+            }
+            WheelKind::Lateral => {
+                "rigid wheel with an apex that moves with slip and a side force under a slip angle"
+            }
+            WheelKind::LinearStress => {
+                "rigid wheel whose stresses are linear between entry, apex and bottom: a closed form"
+            }
+            WheelKind::LinearStressSymmetric => {
+                "rigid wheel whose stresses are linear between entry, half the entry angle and bottom: a closed form"
+            }
+            WheelKind::DingClosed => {
+                "rigid wheel with lugs whose stresses are linear between entry, apex and exit: a closed form"
+            }
+            WheelKind::ScmColumn => {
+                "columns of soil pressed straight down and sheared along the ground: the closed form of a grid simulator"
+            }
+        }
+    }
+
+    pub(super) fn reference(self) -> &'static str {
+        match self {
+            WheelKind::WongReece => {
+                "J. Y. Wong, A. R. Reece, J. Terramechanics 4(1):81-98 and 4(2):7-25, 1967"
+            }
+            WheelKind::LinearStress | WheelKind::LinearStressSymmetric => {
+                "K. Iagnemma et al., IEEE Trans. Robotics 20(5):921-927, 2004; H. Shibly et al., J. Terramechanics 42(1):1-13, 2005"
+            }
+            WheelKind::DingClosed => {
+                "L. Ding et al., J. Field Robotics 32(6):827-852, 2015 (closed form recalled)"
+            }
+            WheelKind::GrouserPassive => {
+                "Rankine passive pressure on lugs, as M. G. Bekker, 1969; its mobilisation with slip is chosen"
+            }
+            WheelKind::Lateral => {
+                "G. Ishigami, A. Miwa, K. Nagatani, K. Yoshida, J. Field Robotics 24(3):233-250, 2007 (formulas recalled)"
+            }
+            WheelKind::ScmColumn => {
+                "A. Tasora et al., Int. J. Vehicle Performance 5(1):60-76, 2019; the closed form is ours"
+            }
+        }
+    }
+
+    pub(super) fn params(self) -> &'static [Param] {
+        match self {
+            WheelKind::WongReece | WheelKind::LinearStress => &[par::C1, par::C2],
+            WheelKind::LinearStressSymmetric | WheelKind::ScmColumn => &[],
+            WheelKind::DingClosed => &[par::C1, par::C2, par::C3, par::LUG_REACH],
+            WheelKind::GrouserPassive => &[
+                par::C1,
+                par::C2,
+                par::UNIT_WEIGHT,
+                par::LUG_HEIGHT,
+                par::LUG_COUNT,
+            ],
+            WheelKind::Lateral => &[par::C1, par::C2, par::UNIT_WEIGHT, par::LATERAL_MODULUS],
+        }
+    }
+
+    /// Hooks of the wheel itself.
+    pub(super) fn hooks(self) -> &'static [Hook] {
+        match self {
+            // A side force of its own, so none by a hook.
+            WheelKind::Lateral => &[Hook::ContactRadius, Hook::ExitRatio, Hook::LugHeight],
+            WheelKind::WongReece | WheelKind::GrouserPassive => &[
+                Hook::ContactRadius,
+                Hook::ExitRatio,
+                Hook::LugHeight,
+                Hook::LateralSlip,
+            ],
+            WheelKind::LinearStress | WheelKind::LinearStressSymmetric => &[Hook::ContactRadius],
+            WheelKind::DingClosed => &[Hook::ContactRadius, Hook::ExitRatio, Hook::LugHeight],
+            WheelKind::ScmColumn => &[Hook::ContactRadius, Hook::LugHeight],
+        }
+    }
+
+    /// True where only the stresses at the apex are asked for, so that what happens along the contact cannot show.
+    pub(super) fn knows_only_the_apex(self) -> bool {
+        matches!(
+            self,
+            WheelKind::LinearStress | WheelKind::LinearStressSymmetric | WheelKind::DingClosed
+        )
+    }
+
+    /// True where parts of the wheel push soil until it breaks.
+    pub(super) fn breaks_the_soil(self) -> bool {
+        matches!(self, WheelKind::GrouserPassive | WheelKind::Lateral)
+    }
+
+    /// The wheel with its numbers on a soil.
+    pub(super) fn read<T: Real>(
+        self,
+        values: &Values<'_, T>,
+        at: &Contact<T>,
+        soil: Soil<T>,
+    ) -> Result<Wheel<T>, ModelError> {
+        let radius = at.radius * at.hooks.contact_radius;
+        let lug = at.hooks.lug_height;
+        let slip = kinematic(at.slip);
+        let apex = || -> Result<(T, bool), ModelError> {
+            match self {
+                WheelKind::LinearStressSymmetric => Ok((T::from(0.5), false)),
+                _ => apex_ratio(values, at, slip),
+            }
+        };
+        let linear = |exit_ratio, reach: T, bottom_shear| -> Result<Wheel<T>, ModelError> {
+            let (apex_ratio, apex_limited) = apex()?;
+            Ok(Wheel {
+                apex_limited,
+                shape: Shape::Linear(Linear {
+                    soil,
+                    slip,
+                    apex_ratio,
+                    exit_ratio,
+                    radius,
+                    shear_radius: radius + reach,
+                    torque_arm: at.radius + reach,
+                    width: at.width,
+                    bottom_shear,
+                    has_lugs: T::Primal::zero().any_lt((reach - lug).primal()),
+                }),
+            })
+        };
+        match self {
+            WheelKind::LinearStress | WheelKind::LinearStressSymmetric => {
+                linear(T::zero(), lug, true)
+            }
+            WheelKind::DingClosed => {
+                let exit = values.get("c3", Must::BeFinite)? - at.hooks.exit_ratio;
+                let (apex, _) = apex()?;
+                quantity(
+                    values.model,
+                    "c1 + c2 slip - c3",
+                    apex - exit,
+                    Must::BePositive,
+                )?;
+                quantity(values.model, "1 + c3", exit + 1.0, Must::BePositive)?;
+                let reach = values.get("lug_reach", Must::NotBeNegative)? + lug;
+                linear(exit, reach, false)
+            }
+            WheelKind::ScmColumn => Ok(Wheel {
+                apex_limited: false,
+                shape: Shape::Column(Column {
+                    soil,
+                    excess: rim_excess(at.slip),
+                    radius,
+                    shear_radius: radius + lug,
+                    torque_arm: at.radius + lug,
+                    width: at.width,
+                }),
+            }),
+            WheelKind::WongReece | WheelKind::GrouserPassive | WheelKind::Lateral => {
+                let (apex_ratio, apex_limited) = apex()?;
+                let broken = || -> Result<Broken<T>, ModelError> {
+                    Ok(Broken {
+                        cohesion: values.get("cohesion", Must::NotBeNegative)?,
+                        angle: values.get("friction_angle", Must::BeAcute)?,
+                        weight: values.get("unit_weight", Must::NotBeNegative)?,
+                    })
+                };
+                let (mut lugs, mut side) = (None, None);
+                if self == WheelKind::GrouserPassive {
+                    let count = values.get("lug_count", Must::NotBeNegative)?;
+                    let height = values.get("lug_height", Must::NotBeNegative)?;
+                    lugs = Some(Lugs::new(broken()?, count, height));
+                }
+                if self == WheelKind::Lateral {
+                    let modulus = values.get("lateral_shear_modulus", Must::BePositive)?
+                        * at.hooks.shear_modulus;
+                    side = Some(Side::new(broken()?, modulus, at.slip_angle)?);
+                }
+                Ok(Wheel {
+                    apex_limited,
+                    shape: Shape::Rim(Rim {
+                        soil,
+                        slip,
+                        apex_ratio,
+                        exit_ratio: at.hooks.exit_ratio,
+                        radius,
+                        shear_radius: radius + lug,
+                        torque_arm: at.radius + lug,
+                        width: at.width,
+                        lugs,
+                        side,
+                        turned: at.hooks.lateral_slip.filter(|tan| {
+                            !is_plain::<T>() || T::Primal::zero().any_lt(tan.abs().primal())
+                        }),
+                    }),
+                })
+            }
+        }
+    }
+}
+
+const APEX_LIMITS: (f64, f64) = (0.02, 0.98);
+
+/// θm/θ1 = c1 + c2 i, and whether it was held inside the contact (braking only).
+fn apex_ratio<T: Real>(
+    values: &Values<'_, T>,
+    at: &Contact<T>,
+    slip: T,
+) -> Result<(T, bool), ModelError> {
+    let c1 = values.get("c1", Must::BeFinite)?;
+    let c2 = values.get("c2", Must::BeFinite)?;
+    let free = c1 + c2 * slip;
+    let (low, high) = APEX_LIMITS;
+    let held = free.max_of(T::from(low)).min_of(T::from(high));
+    let driving = !at.slip.primal().any_lt(T::Primal::zero());
+    let inside = free.primal().min_lane() > 0.0 && free.primal().max_lane() < 1.0;
+    if !free.primal().is_finite() || (driving && !inside) {
+        return Err(ModelError::Parameter {
+            model: values.model,
+            parameter: "c1 + c2 slip",
+            value: free.primal().min_lane(),
+            expected: "a value between 0 and 1: the angle of maximum stress lies inside the contact",
+        });
+    }
+    let ratio = at.slip.select_lt(T::zero(), held, free);
+    let limited = (ratio - free).abs().primal().max_lane() > 0.0;
+    Ok((ratio, limited))
+}
+
+/// A wheel with its numbers.
+#[derive(Clone, Copy)]
+pub(super) struct Wheel<T> {
+    pub(super) apex_limited: bool,
+    shape: Shape<T>,
+}
+
+#[derive(Clone, Copy)]
+enum Shape<T> {
+    Rim(Rim<T>),
+    Linear(Linear<T>),
+    Column(Column<T>),
+}
+
+impl<T: Real> Wheel<T> {
+    pub(super) fn map<S: Real>(&self, f: impl Fn(T) -> S + Copy) -> Wheel<S> {
+        Wheel {
+            apex_limited: self.apex_limited,
+            shape: match &self.shape {
+                Shape::Rim(w) => Shape::Rim(w.map(f)),
+                Shape::Linear(w) => Shape::Linear(w.map(f)),
+                Shape::Column(w) => Shape::Column(w.map(f)),
+            },
+        }
+    }
+
+    /// Forces at an entry angle.
+    pub(super) fn sums(&self, entry: T) -> Sums<T> {
+        match &self.shape {
+            Shape::Rim(w) => w.sums(entry),
+            Shape::Linear(w) => w.sums(entry),
+            Shape::Column(w) => w.sums(entry),
+        }
+    }
+
+    pub(super) fn soil(&self) -> &Soil<T> {
+        match &self.shape {
+            Shape::Rim(w) => &w.soil,
+            Shape::Linear(w) => &w.soil,
+            Shape::Column(w) => &w.soil,
+        }
+    }
+
+    pub(super) fn radius(&self) -> T {
+        match &self.shape {
+            Shape::Rim(w) => w.radius,
+            Shape::Linear(w) => w.radius,
+            Shape::Column(w) => w.radius,
+        }
+    }
+
+    /// Exit angle and angle of largest stress.
+    pub(super) fn angles(&self, entry: T) -> (T, T) {
+        match &self.shape {
+            Shape::Rim(w) => (w.exit(entry), w.apex(entry)),
+            Shape::Linear(w) => (w.exit(entry), w.apex(entry)),
+            Shape::Column(_) => (T::zero(), T::zero()),
+        }
+    }
+
+    /// True where lugs of its own carry shear stress, which is then none of the rim's.
+    pub(super) fn has_lugs(&self) -> bool {
+        match &self.shape {
+            Shape::Linear(w) => w.has_lugs,
+            Shape::Rim(w) => w
+                .lugs
+                .is_some_and(|l| T::Primal::zero().any_lt(l.height.primal())),
+            Shape::Column(_) => false,
+        }
+    }
+
+    /// True where the load may fall as the wheel sinks even when it drives.
+    pub(super) fn load_may_fall(&self) -> bool {
+        match &self.shape {
+            Shape::Column(_) => false,
+            Shape::Rim(_) | Shape::Linear(_) => self.soil().strength.falls(),
+        }
+    }
+}
+
+impl Wheel<f64> {
+    pub(super) fn stress_at(&self, entry: f64, angle: f64) -> StressPoint {
+        match &self.shape {
+            Shape::Rim(w) => w.stress_at(entry, angle),
+            Shape::Linear(w) => w.stress_at(entry, angle),
+            Shape::Column(w) => w.stress_at(entry, angle),
+        }
+    }
+}
