@@ -16,6 +16,8 @@ struct Columns {
     segments: Vec<Range<usize>>,
     torque: [Vec<Option<f64>>; 4],
     channels: [Vec<Option<f64>>; 7],
+    pitch: Vec<Option<f64>>,
+    payload: Vec<Option<f64>>,
 }
 
 impl Columns {
@@ -41,6 +43,8 @@ impl Columns {
                 optional(&log.ground_speed),
                 optional(&log.yaw_rate),
             ],
+            pitch: optional(&log.pitch),
+            payload: optional(&log.payload),
         })
     }
 }
@@ -104,6 +108,8 @@ pub(crate) fn forces(
         segments: &columns.segments,
         torque: columns.torque.each_ref().map(Vec::as_slice),
         channels: columns.channels.each_ref().map(Vec::as_slice),
+        pitch: &columns.pitch,
+        payload: &columns.payload,
     };
     let steps = estimate_forces(&robot, &config)?;
     Ok(Forces { vehicle, steps })

@@ -56,6 +56,44 @@ impl Watch {
     }
 }
 
+/// |e| beyond which a robust update drops a channel: its weight would be lost in rounding.
+const DROPPED: f64 = 1e8;
+/// |e| beyond which a plain filter cannot go on: NIS and mean would overflow.
+const OVERFLOW: f64 = 1e100;
+
+/// Takes the channels with an absurd reading out of `rows`, with their ratio; `Ok(true)` when there were any.
+/// `Err((row, e))` for a filter without robust update.
+pub(crate) fn drop_absurd(
+    innovation: &mut Innovation,
+    rows: &mut Vec<usize>,
+    residual: &[f64],
+    s_diagonal: &[f64],
+    config: &FilterConfig,
+) -> Result<bool, (usize, f64)> {
+    let limit = if config.robust.is_some() {
+        DROPPED
+    } else {
+        OVERFLOW
+    };
+    let mut keep = Vec::with_capacity(rows.len());
+    for (k, &row) in rows.iter().enumerate() {
+        let sd = s_diagonal[k].max(0.0).sqrt();
+        // A ratio is a finite number, even where the residual overflows.
+        let e = (residual[k].abs() / sd).min(f64::MAX);
+        if !(sd > 0.0 && e > limit) {
+            keep.push(row);
+        } else if config.robust.is_none() {
+            return Err((row, e));
+        } else {
+            innovation.ratio[row] = Some(e / config.gate);
+            innovation.dropped.push(row);
+        }
+    }
+    let any = keep.len() < rows.len();
+    *rows = keep;
+    Ok(any)
+}
+
 /// Fills residual, sd and ratio of the channels in `rows`; returns e = ν/sd of each.
 pub(crate) fn describe(
     innovation: &mut Innovation,

@@ -28,6 +28,7 @@ use crate::state_space::AnyStateSpace;
 use crate::structure::{Coupling, Structure};
 
 /// The filter `block`.
+#[derive(Clone)]
 pub struct BlockFilter {
     model: Model,
     structure: Structure,
@@ -211,17 +212,7 @@ impl Filter for BlockFilter {
         let mut watch = self.watch.clone();
         let mut next = Vec::with_capacity(self.groups.len());
         for g in &self.groups {
-            let now = update_group(
-                g,
-                z,
-                &self.offset,
-                &self.model.config,
-                &mut watch,
-                &mut innovation,
-            )
-            .map_err(|channel| FilterError::SingularInnovation {
-                channel: self.model.channel(channel),
-            })?;
+            let now = update_group(g, z, &self.offset, &self.model, &mut watch, &mut innovation)?;
             crate::gaussian::check_finite("mean", now.mean.as_slice())?;
             next.push(now);
         }
@@ -229,9 +220,54 @@ impl Filter for BlockFilter {
             g.now = now;
         }
         innovation.resets.sort_unstable();
+        innovation.dropped.sort_unstable();
         self.watch = watch;
         self.assemble();
         Ok(innovation)
+    }
+
+    fn widen(&mut self, variance: &[f64]) -> Result<(), FilterError> {
+        self.model.check_widening(variance)?;
+        let s = &self.structure;
+        let added = DMatrix::from_diagonal(&DVector::from_column_slice(variance));
+        let added = &s.basis * added * s.basis.transpose();
+        let mut inside = DMatrix::zeros(added.nrows(), added.ncols());
+        for g in &self.groups {
+            for &i in &g.states {
+                for &j in &g.states {
+                    inside[(i, j)] = added[(i, j)];
+                }
+            }
+        }
+        if (&added - inside).amax() > 0.0 {
+            // Noise that couples groups: they become one. What the smoother knows of the step before stays as it is.
+            let mut whole = self.belief.clone();
+            for (i, v) in variance.iter().enumerate() {
+                whole.covariance[(i, i)] += v;
+            }
+            let cross = self.cross.clone();
+            (self.structure, self.couplings) =
+                Structure::of(&*self.model.space, &whole.covariance)?;
+            self.belief = whole.clone();
+            self.split()?;
+            let s = &self.structure;
+            let cross = &s.basis * &cross * s.basis.transpose();
+            for g in &mut self.groups {
+                g.now.cross = cross.select_rows(&g.states).select_columns(&g.states);
+            }
+            self.predicted = whole;
+            return Ok(());
+        }
+        for g in &mut self.groups {
+            g.now.p += added.select_rows(&g.states).select_columns(&g.states);
+            g.now.predicted = (g.now.mean.clone(), g.now.p.clone());
+        }
+        self.assemble();
+        Ok(())
+    }
+
+    fn boxed_clone(&self) -> Box<dyn Filter> {
+        Box::new(self.clone())
     }
 
     fn belief(&self) -> &Gaussian {

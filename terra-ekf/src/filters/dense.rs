@@ -11,7 +11,7 @@ use crate::error::FilterError;
 use crate::filter::Filter;
 use crate::gaussian::{Gaussian, symmetrise};
 use crate::measurement::{Innovation, Measurement};
-use crate::robust::{Watch, describe, reset_group};
+use crate::robust::{Watch, describe, drop_absurd, reset_group};
 use crate::state_space::AnyStateSpace;
 use crate::structure::Structure;
 use crate::update::{joseph, sequential, whiten};
@@ -30,7 +30,7 @@ pub struct View {
 pub(crate) type Refined = (DMatrix<f64>, DVector<f64>);
 
 /// The part that differs between filters.
-pub trait Method: Send {
+pub trait Method: Clone + Send + 'static {
     /// Name in the registry.
     fn name(&self) -> &'static str;
     /// The belief a step later, and cov(x now, x then).
@@ -66,6 +66,7 @@ pub trait Method: Send {
 }
 
 /// A filter with one full covariance.
+#[derive(Clone)]
 pub struct DenseFilter<M> {
     method: M,
     model: Model,
@@ -221,12 +222,33 @@ impl<M: Method> Filter for DenseFilter<M> {
             });
         }
         let mut innovation = Innovation::empty(channels);
-        let rows = z.present();
+        let mut rows = z.present();
         if rows.is_empty() {
             self.predicted = self.belief.clone();
             return Ok(innovation);
         }
-        let values = DVector::from_iterator(rows.len(), rows.iter().filter_map(|&i| z.get(i)));
+        let samples = |rows: &[usize]| {
+            DVector::from_iterator(rows.len(), rows.iter().filter_map(|&i| z.get(i)))
+        };
+        let mut values = samples(&rows);
+        let config = self.model.config;
+        let mut view = self.method.observe(&self.model, &self.belief)?;
+        let mut seen = rows_of(&view, &self.model, &self.belief, &rows, &values);
+        let absurd = drop_absurd(
+            &mut innovation,
+            &mut rows,
+            seen.residual.as_slice(),
+            seen.s.diagonal().as_slice(),
+            &config,
+        );
+        if absurd.map_err(|(row, e)| self.model.implausible(row, z, e))? {
+            if rows.is_empty() {
+                self.predicted = self.belief.clone();
+                return Ok(innovation);
+            }
+            values = samples(&rows);
+            seen = rows_of(&view, &self.model, &self.belief, &rows, &values);
+        }
         let singular = |row: usize| FilterError::SingularInnovation {
             channel: self.model.channel(rows.get(row).copied().unwrap_or(row)),
         };
@@ -234,10 +256,7 @@ impl<M: Method> Filter for DenseFilter<M> {
         let mut cross = self.cross.clone();
         let mut watch = self.watch.clone();
 
-        let mut view = self.method.observe(&self.model, &prior)?;
-        let mut seen = rows_of(&view, &self.model, &prior, &rows, &values);
         let nominal = whiten(&seen.s, &seen.residual).map_err(singular)?;
-        let config = self.model.config;
         let normal = describe(
             &mut innovation,
             &rows,
@@ -322,6 +341,19 @@ impl<M: Method> Filter for DenseFilter<M> {
         self.cross = cross;
         self.watch = watch;
         Ok(innovation)
+    }
+
+    fn widen(&mut self, variance: &[f64]) -> Result<(), FilterError> {
+        self.model.check_widening(variance)?;
+        for (i, v) in variance.iter().enumerate() {
+            self.belief.covariance[(i, i)] += v;
+        }
+        self.predicted = self.belief.clone();
+        Ok(())
+    }
+
+    fn boxed_clone(&self) -> Box<dyn Filter> {
+        Box::new(self.clone())
     }
 
     fn belief(&self) -> &Gaussian {

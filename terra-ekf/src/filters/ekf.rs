@@ -17,6 +17,7 @@ use crate::error::FilterError;
 use crate::gaussian::{Gaussian, symmetrise};
 
 /// Method of `ekf`.
+#[derive(Clone)]
 pub struct Extended;
 
 impl Method for Extended {

@@ -18,6 +18,7 @@ use crate::gaussian::Gaussian;
 use crate::update::joseph;
 
 /// Method of `iekf`.
+#[derive(Clone)]
 pub struct Iterated;
 
 impl Method for Iterated {

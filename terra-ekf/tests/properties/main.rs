@@ -6,6 +6,7 @@ mod common;
 mod consistency;
 mod driving;
 mod equivalence;
+mod faults;
 mod logs;
 mod nonlinear;
 mod observability;
