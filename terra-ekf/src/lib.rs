@@ -27,7 +27,10 @@ pub use derived::{
 pub use discretise::{Discrete, discretise};
 pub use error::FilterError;
 pub use filter::Filter;
-pub use filters::{BlockFilter, DenseFilter, Extended, Iterated, Linear, SigmaPoint};
+pub use filters::{
+    BlockFilter, DenseFilter, Extended, Factor, Factored, Iterated, Linear, SigmaPoint, SquareRoot,
+    UnitDiagonal,
+};
 pub use gaussian::Gaussian;
 pub use log::{
     Dropped, Flag, ForceConfig, INPUT_HOLD, InputState, Rejected, RobotLog, Step, Tally,

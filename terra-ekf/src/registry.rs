@@ -7,7 +7,10 @@ use terra_model::nearest;
 use crate::config::FilterConfig;
 use crate::error::FilterError;
 use crate::filter::Filter;
-use crate::filters::{BlockFilter, DenseFilter, Extended, Iterated, Linear, SigmaPoint};
+use crate::filters::{
+    BlockFilter, DenseFilter, Extended, Factored, Iterated, Linear, SigmaPoint, SquareRoot,
+    UnitDiagonal,
+};
 use crate::spaces::{LongitudinalRobot, SingleWheelRig};
 use crate::state_space::AnyStateSpace;
 
@@ -76,6 +79,26 @@ pub const FILTERS: &[FilterEntry] = &[
         reference: "B. M. Bell and F. W. Cathey, IEEE Trans. Automatic Control 38 (1993)",
         linear_only: false,
         build: |space, config| Ok(Box::new(DenseFilter::new(Iterated, space, config)?)),
+    },
+    FilterEntry {
+        name: "srkf",
+        summary: "extended Kalman filter that carries a square root of its covariance",
+        reference: "G. J. Bierman, Factorization Methods for Discrete Sequential Estimation (1977), sec. II.7",
+        linear_only: false,
+        build: |space, config| {
+            let method = Factored::<SquareRoot>::new(&space.prior())?;
+            Ok(Box::new(DenseFilter::new(method, space, config)?))
+        },
+    },
+    FilterEntry {
+        name: "ud",
+        summary: "extended Kalman filter that carries U D U' for its covariance",
+        reference: "G. J. Bierman, Factorization Methods for Discrete Sequential Estimation (1977), secs. V.3, VI.4",
+        linear_only: false,
+        build: |space, config| {
+            let method = Factored::<UnitDiagonal>::new(&space.prior())?;
+            Ok(Box::new(DenseFilter::new(method, space, config)?))
+        },
     },
     FilterEntry {
         name: "ukf",

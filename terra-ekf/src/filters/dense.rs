@@ -33,12 +33,19 @@ pub(crate) type Refined = (DMatrix<f64>, DVector<f64>);
 pub trait Method: Clone + Send + 'static {
     /// Name in the registry.
     fn name(&self) -> &'static str;
+    /// The filter goes on from this belief, which the method did not make: a start, a reset, added noise.
+    ///
+    /// # Errors
+    /// [`FilterError::NotACovariance`] for a belief that has no factor.
+    fn begin(&mut self, _belief: &Gaussian) -> Result<(), FilterError> {
+        Ok(())
+    }
     /// The belief a step later, and cov(x now, x then).
     ///
     /// # Errors
     /// Whatever the state space raises.
     fn predict(
-        &self,
+        &mut self,
         model: &mut Model,
         belief: &Gaussian,
         u: &[f64],
@@ -62,6 +69,17 @@ pub trait Method: Clone + Send + 'static {
         _r: &DMatrix<f64>,
     ) -> Result<Option<Refined>, FilterError> {
         Ok(None)
+    }
+    /// The belief after an update with rows `c`, for a method that carries more than the belief; `None` leaves it to
+    /// the frame. `Err(row)` names a row in which S has no inverse.
+    fn commit(
+        &mut self,
+        _belief: &Gaussian,
+        _c: &DMatrix<f64>,
+        _r: &DMatrix<f64>,
+        _residual: &DVector<f64>,
+    ) -> Option<Result<Gaussian, usize>> {
+        None
     }
 }
 
@@ -202,8 +220,10 @@ impl<M: Method> Filter for DenseFilter<M> {
 
     fn predict(&mut self, u: &[f64], dt: f64) -> Result<(), FilterError> {
         self.model.check_step(u, dt, self.time)?;
-        let (next, cross) = self.method.predict(&mut self.model, &self.belief, u, dt)?;
+        let mut method = self.method.clone();
+        let (next, cross) = method.predict(&mut self.model, &self.belief, u, dt)?;
         next.check_finite()?;
+        self.method = method;
         self.belief = next;
         self.predicted = self.belief.clone();
         self.cross = cross;
@@ -275,10 +295,12 @@ impl<M: Method> Filter for DenseFilter<M> {
         innovation.log_likelihood = nominal.log_likelihood;
 
         let mut normal = normal;
+        let mut method = self.method.clone();
         if !innovation.resets.is_empty() {
             for &channel in &innovation.resets {
                 self.reset(&mut prior, &mut cross, channel)?;
             }
+            method.begin(&prior)?;
             view = self.method.observe(&self.model, &prior)?;
             seen = rows_of(&view, &self.model, &prior, &rows, &values);
             for (k, e) in normal.iter_mut().enumerate() {
@@ -325,17 +347,22 @@ impl<M: Method> Filter for DenseFilter<M> {
                 seen.c = c;
                 seen.residual = residual;
             }
-            apply(
-                &prior,
-                view.root.as_ref(),
-                &seen.c,
-                &seen.r,
-                &seen.residual,
-                config.form,
-            )
-            .map_err(singular)?
+            let committed = method.commit(&prior, &seen.c, &seen.r, &seen.residual);
+            committed
+                .unwrap_or_else(|| {
+                    apply(
+                        &prior,
+                        view.root.as_ref(),
+                        &seen.c,
+                        &seen.r,
+                        &seen.residual,
+                        config.form,
+                    )
+                })
+                .map_err(singular)?
         };
         next.check_finite()?;
+        self.method = method;
         self.belief = next;
         self.predicted = prior;
         self.cross = cross;
@@ -348,6 +375,7 @@ impl<M: Method> Filter for DenseFilter<M> {
         for (i, v) in variance.iter().enumerate() {
             self.belief.covariance[(i, i)] += v;
         }
+        self.method.begin(&self.belief)?;
         self.predicted = self.belief.clone();
         Ok(())
     }
@@ -379,6 +407,7 @@ impl<M: Method> Filter for DenseFilter<M> {
         }
         let belief = Gaussian::new(belief.mean, belief.covariance)?;
         self.structure = Structure::of(&*self.model.space, &belief.covariance)?.0;
+        self.method.begin(&belief)?;
         self.predicted = belief.clone();
         self.belief = belief;
         self.cross.fill(0.0);

@@ -26,7 +26,7 @@ impl Method for Extended {
     }
 
     fn predict(
-        &self,
+        &mut self,
         model: &mut Model,
         belief: &Gaussian,
         u: &[f64],

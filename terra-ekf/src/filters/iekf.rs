@@ -27,7 +27,7 @@ impl Method for Iterated {
     }
 
     fn predict(
-        &self,
+        &mut self,
         model: &mut Model,
         belief: &Gaussian,
         u: &[f64],

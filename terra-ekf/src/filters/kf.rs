@@ -47,7 +47,7 @@ impl Method for Linear {
     }
 
     fn predict(
-        &self,
+        &mut self,
         model: &mut Model,
         belief: &Gaussian,
         u: &[f64],

@@ -3,6 +3,7 @@
 mod block;
 mod dense;
 mod ekf;
+mod factored;
 mod group;
 mod iekf;
 mod kf;
@@ -11,6 +12,7 @@ mod sigma;
 pub use block::BlockFilter;
 pub use dense::DenseFilter;
 pub use ekf::Extended;
+pub use factored::{Factor, Factored, SquareRoot, UnitDiagonal};
 pub use iekf::Iterated;
 pub use kf::Linear;
 pub use sigma::SigmaPoint;

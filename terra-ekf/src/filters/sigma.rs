@@ -104,7 +104,7 @@ impl Method for SigmaPoint {
     }
 
     fn predict(
-        &self,
+        &mut self,
         model: &mut Model,
         belief: &Gaussian,
         u: &[f64],
