@@ -11,7 +11,7 @@ use crate::filters::{
     BlockFilter, DenseFilter, Extended, Factored, Iterated, Linear, SigmaPoint, SquareRoot,
     UnitDiagonal,
 };
-use crate::spaces::{LongitudinalRobot, SingleWheelRig};
+use crate::spaces::{LongitudinalRobot, PlanarRobot, SingleWheelRig};
 use crate::state_space::AnyStateSpace;
 
 /// Makes a filter for a state space.
@@ -127,6 +127,10 @@ pub const STATE_SPACES: &[SpaceEntry] = &[
     SpaceEntry {
         name: "longitudinal-robot",
         build: || Ok(Arc::new(LongitudinalRobot::light()?)),
+    },
+    SpaceEntry {
+        name: "planar-robot",
+        build: || Ok(Arc::new(PlanarRobot::light()?)),
     },
     SpaceEntry {
         name: "single-wheel-rig",

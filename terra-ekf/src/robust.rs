@@ -32,6 +32,11 @@ impl Watch {
         }
     }
 
+    /// A channel inside its gate.
+    pub(crate) fn accept(&mut self, channel: usize) {
+        self.rejected_for[channel] = None;
+    }
+
     /// Records |e| of a channel; true when its timeout has come: the clock then starts afresh.
     pub(crate) fn timed_out(&mut self, channel: usize, e: f64, config: &FilterConfig) -> bool {
         let Some(robust) = config.robust else {

@@ -7,6 +7,7 @@ mod factored;
 mod group;
 mod iekf;
 mod kf;
+mod lanes;
 mod sigma;
 
 pub use block::BlockFilter;

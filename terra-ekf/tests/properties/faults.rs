@@ -6,7 +6,7 @@ use terra_ekf::{
     RobotLog, Robust, Step, Tally, TorqueTally, estimate_forces, rejected, wheel_estimates,
 };
 
-use crate::common::{Truth, filter, input, rng, robot};
+use crate::common::{Truth, distance, filter, input, rng, robot};
 use crate::driving::{Drive, drive, sensors};
 
 /// A log that can be spoiled.
@@ -212,7 +212,8 @@ fn filters_survive_absurd_readings_alone() {
                 assert!(told.nis.is_finite() && told.ratio[5].unwrap().is_finite());
                 seen[5] = None;
                 hole.update(&Measurement::new(&seen)).unwrap();
-                assert_eq!(f.belief(), hole.belief(), "{}", entry.name);
+                // `block` leaves such samples to another path: equal to rounding.
+                assert!(distance(&*f, &*hole) < 1e-10, "{}", entry.name);
             }
         }
     }

@@ -10,4 +10,5 @@ mod faults;
 mod logs;
 mod nonlinear;
 mod observability;
+mod planar;
 mod propositions;
