@@ -32,6 +32,18 @@ impl Watch {
         }
     }
 
+    /// True while a channel is being rejected.
+    pub(crate) fn rejects(&self, channel: usize) -> bool {
+        self.rejected_for[channel].is_some()
+    }
+
+    /// True when it has been for so long that it has lost its say. The prediction it is compared with grows vaguer all
+    /// the while, and would sooner or later take a faulty reading for a possible one: then the filter follows the fault,
+    /// and the sensor's return looks like the next fault.
+    pub(crate) fn distrusts(&self, channel: usize) -> bool {
+        self.rejected_for[channel].is_some_and(|time| time >= DISTRUST_AFTER)
+    }
+
     /// A channel inside its gate.
     pub(crate) fn accept(&mut self, channel: usize) {
         self.rejected_for[channel] = None;
@@ -42,7 +54,12 @@ impl Watch {
         let Some(robust) = config.robust else {
             return false;
         };
-        if e.abs() <= config.gate {
+        let gate = if self.distrusts(channel) {
+            TRUST_AGAIN * config.gate
+        } else {
+            config.gate
+        };
+        if e.abs() <= gate {
             self.rejected_for[channel] = None;
             return false;
         }
@@ -60,6 +77,13 @@ impl Watch {
         }
     }
 }
+
+/// Time of unbroken rejection after which a channel has no say \[s\].
+const DISTRUST_AFTER: f64 = 0.1;
+/// Share of the gate inside which it gets it back.
+const TRUST_AGAIN: f64 = 0.6;
+/// Inflation of a channel without say.
+pub(crate) const NO_SAY: f64 = 1e9;
 
 /// |e| beyond which a robust update drops a channel: its weight would be lost in rounding.
 const DROPPED: f64 = 1e8;

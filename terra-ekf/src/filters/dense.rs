@@ -11,7 +11,7 @@ use crate::error::FilterError;
 use crate::filter::Filter;
 use crate::gaussian::{Gaussian, symmetrise};
 use crate::measurement::{Innovation, Measurement};
-use crate::robust::{Watch, describe, drop_absurd, reset_group};
+use crate::robust::{NO_SAY, Watch, describe, drop_absurd, reset_group};
 use crate::state_space::AnyStateSpace;
 use crate::structure::Structure;
 use crate::update::{joseph, sequential, whiten};
@@ -313,7 +313,11 @@ impl<M: Method> Filter for DenseFilter<M> {
                 if innovation.resets.contains(&row) {
                     continue;
                 }
-                let factor = robust.inflation(normal[k]);
+                let factor = if watch.distrusts(row) {
+                    NO_SAY
+                } else {
+                    robust.inflation(normal[k])
+                };
                 inflate[k] = seen.s[(k, k)] * (factor - 1.0);
                 innovation.inflation[row] = Some(factor);
                 seen.r[(k, k)] += inflate[k];

@@ -7,7 +7,7 @@ use crate::discretise::Steps;
 use crate::error::FilterError;
 use crate::gaussian::{Gaussian, symmetrise};
 use crate::measurement::{Innovation, Measurement};
-use crate::robust::{Watch, describe, drop_absurd};
+use crate::robust::{NO_SAY, Watch, describe, drop_absurd};
 use crate::update::{joseph, sequential, whiten};
 
 /// One independent group of states.
@@ -135,7 +135,11 @@ pub(super) fn update_group(
     if let Some(robust) = config.robust {
         for (k, &row) in rows.iter().enumerate() {
             if !reset.contains(&row) {
-                let factor = robust.inflation(normal[k]);
+                let factor = if watch.distrusts(row) {
+                    NO_SAY
+                } else {
+                    robust.inflation(normal[k])
+                };
                 innovation.inflation[row] = Some(factor);
                 r[(k, k)] += s[(k, k)] * (factor - 1.0);
             }

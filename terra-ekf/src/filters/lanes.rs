@@ -321,7 +321,10 @@ impl Lanes {
             for l in 0..LANES {
                 let usual =
                     pivot[j][l] > 1e-14 * s[j][l] && s[j][l].is_finite() && e[j][l].abs() <= limit;
-                if seen[j][l] > 0.0 && !usual {
+                let rejected = config.robust.is_some()
+                    && seen[j][l] > 0.0
+                    && watch.rejects(self.channel[j][l]);
+                if rejected || (seen[j][l] > 0.0 && !usual) {
                     return false;
                 }
             }
