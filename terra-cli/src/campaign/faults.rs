@@ -398,7 +398,7 @@ mod tests {
     use super::*;
 
     /// The short version of `terra campaign faults`: every kind, channel and soil once. The limits are those of the
-    /// campaign: nothing panics, nothing is not finite, all is flagged; 99 % recover, and 525 runs may have 3 more.
+    /// campaign: nothing panics, nothing is not finite, all is flagged, 99 % recover.
     #[test]
     fn faults_are_flagged_and_survived() {
         let report = faults(1, 1, "block").unwrap();
@@ -408,9 +408,6 @@ mod tests {
         for row in &report.rows {
             assert!(row.knowable == 0 || row.flagged.value == 1.0, "{row:?}");
         }
-        assert!(
-            t.recovered.hi >= 0.99 && t.recovered.value >= 0.985,
-            "{t:?}"
-        );
+        assert!(t.recovered.value >= 0.99, "{t:?}");
     }
 }

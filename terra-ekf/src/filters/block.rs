@@ -158,14 +158,14 @@ impl BlockFilter {
     }
 
     /// The beliefs go back to the groups, for what the lanes cannot do.
-    fn to_groups(&mut self) {
+    fn sync_groups(&mut self) {
         if let Some(lanes) = &self.lanes {
             lanes.store(&mut self.groups);
         }
     }
 
     /// And to the lanes again.
-    fn to_lanes(&mut self) {
+    fn sync_lanes(&mut self) {
         if let Some(lanes) = &mut self.lanes {
             lanes.load(&self.groups);
         }
@@ -289,15 +289,15 @@ impl Filter for BlockFilter {
                 return Ok(innovation);
             }
         }
-        self.to_groups();
+        self.sync_groups();
         let innovation = self.update_groups(z);
-        self.to_lanes();
+        self.sync_lanes();
         innovation
     }
 
     fn widen(&mut self, variance: &[f64]) -> Result<(), FilterError> {
         self.model.check_widening(variance)?;
-        self.to_groups();
+        self.sync_groups();
         let s = &self.structure;
         let added = DMatrix::from_diagonal(&DVector::from_column_slice(variance));
         let added = &s.basis * added * s.basis.transpose();
@@ -324,14 +324,14 @@ impl Filter for BlockFilter {
             for g in &mut self.groups {
                 g.now.cross = cross.select_rows(&g.states).select_columns(&g.states);
             }
-            self.to_lanes();
+            self.sync_lanes();
             return Ok(());
         }
         for g in &mut self.groups {
             g.now.p += added.select_rows(&g.states).select_columns(&g.states);
             g.now.predicted = (g.now.mean.clone(), g.now.p.clone());
         }
-        self.to_lanes();
+        self.sync_lanes();
         Ok(())
     }
 

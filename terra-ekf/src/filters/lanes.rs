@@ -7,6 +7,9 @@
 //!
 //! What is rare (a reset, a dropped reading, an error) is left to the groups.
 
+// One index over all lanes is what the compiler turns into vector operations.
+#![allow(clippy::needless_range_loop)]
+
 use nalgebra::{DMatrix, DVector};
 
 use super::group::Group;

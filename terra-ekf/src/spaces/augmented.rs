@@ -85,6 +85,9 @@ impl Extra {
     }
 }
 
+/// f(x, u) of the state space inside.
+type InnerRate<'a, T> = dyn Fn(&[T], &[f64], &mut [T]) -> Result<(), FilterError> + 'a;
+
 /// A state space with extra states behind its own.
 #[derive(Clone)]
 pub struct Augmented {
@@ -148,7 +151,7 @@ impl Augmented {
 
     fn rate_with<T: Scalar>(
         &self,
-        inner: &dyn Fn(&[T], &[f64], &mut [T]) -> Result<(), FilterError>,
+        inner: &InnerRate<'_, T>,
         x: &[T],
         u: &[f64],
         rate: &mut [T],
@@ -159,7 +162,7 @@ impl Augmented {
         rate[n..].fill(T::zero());
         for (e, kind) in extra.iter().zip(&self.extras) {
             match &kind.role {
-                Role::Slope(s) => rate[*s] = rate[*s] - e.sin_cos().0 * GRAVITY,
+                Role::Slope(s) => rate[*s] -= e.sin_cos().0 * GRAVITY,
                 Role::InputScale(inputs) => {
                     let mut without = u.to_vec();
                     for &k in inputs {
@@ -169,7 +172,7 @@ impl Augmented {
                     inner(own, u, &mut with)?;
                     inner(own, &without, &mut rest)?;
                     for k in 0..n {
-                        rate[k] = rate[k] + (with[k] - rest[k]) * *e;
+                        rate[k] += (with[k] - rest[k]) * *e;
                     }
                 }
                 Role::ChannelBias(_) | Role::ChannelScale(_) => {}
@@ -182,8 +185,8 @@ impl Augmented {
         let n = self.inner.dims().state;
         for (e, kind) in x[n..].iter().zip(&self.extras) {
             match kind.role {
-                Role::ChannelBias(c) => z[c] = z[c] + *e,
-                Role::ChannelScale(c) => z[c] = z[c] + z[c] * *e,
+                Role::ChannelBias(c) => z[c] += *e,
+                Role::ChannelScale(c) => z[c] *= *e + 1.0,
                 Role::Slope(_) | Role::InputScale(_) => {}
             }
         }
