@@ -134,6 +134,21 @@ pub(crate) enum Campaign {
         #[arg(long, value_name = "FILE")]
         json: Option<PathBuf>,
     },
+    /// Faults of sensors, torques and clocks: does the filter flag them, stay finite and come back?
+    Faults {
+        /// Runs, rounded up to whole draws of every kind, channel and soil.
+        #[arg(long, default_value_t = 5000, value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
+        runs: u32,
+        /// Seed of the noise.
+        #[arg(long, default_value_t = 1)]
+        seed: u64,
+        /// Filter: see `terra filters`.
+        #[arg(long, default_value = "block")]
+        filter: String,
+        /// JSON to write.
+        #[arg(long, value_name = "FILE")]
+        json: Option<PathBuf>,
+    },
 }
 
 #[derive(Debug, clap::Args)]

@@ -1,5 +1,7 @@
 //! Campaigns: many runs with known truth, and how often the answer was right.
 
+pub mod faults;
+
 use rayon::prelude::*;
 use serde::Serialize;
 use terra_model::{Registry, catalogue};

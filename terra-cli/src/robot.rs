@@ -6,16 +6,20 @@ use terra_data::{DriveLog, GroundSpeedSource, Rover, Series};
 use terra_ekf::spaces::longitudinal_robot::{
     LongitudinalRobot, PriorSpread, ProcessNoise, SensorNoise,
 };
-use terra_ekf::{ForceConfig, RobotLog, Step, estimate_forces};
+use terra_ekf::{FilterError, ForceConfig, RobotLog, Step, estimate_forces};
 use terra_model::Vehicle;
 
 use crate::error::CliError;
 
 /// Columns of a drive log, missing samples as `None`.
-struct Columns {
-    segments: Vec<Range<usize>>,
-    torque: [Vec<Option<f64>>; 4],
-    channels: [Vec<Option<f64>>; 7],
+#[derive(Clone)]
+pub(crate) struct Columns {
+    pub(crate) time: Vec<f64>,
+    pub(crate) segments: Vec<Range<usize>>,
+    pub(crate) torque: [Vec<Option<f64>>; 4],
+    pub(crate) channels: [Vec<Option<f64>>; 7],
+    pitch: Vec<Option<f64>>,
+    payload: Vec<Option<f64>>,
 }
 
 impl Columns {
@@ -30,6 +34,7 @@ impl Columns {
         let optional = |s: &Option<Series>| s.as_ref().map(samples).unwrap_or_default();
         let [fl, fr, rl, rr] = log.wheel_speed.each_ref().map(samples);
         Ok(Columns {
+            time: log.time.clone(),
             segments: log.segments.iter().map(|s| s.rows.clone()).collect(),
             torque: torque.each_ref().map(samples),
             channels: [
@@ -41,7 +46,25 @@ impl Columns {
                 optional(&log.ground_speed),
                 optional(&log.yaw_rate),
             ],
+            pitch: optional(&log.pitch),
+            payload: optional(&log.payload),
         })
+    }
+
+    /// Runs the force filter.
+    ///
+    /// # Errors
+    /// What the filter refuses.
+    pub(crate) fn estimate(&self, config: &ForceConfig) -> Result<Vec<Step>, FilterError> {
+        let robot = RobotLog {
+            time: &self.time,
+            segments: &self.segments,
+            torque: self.torque.each_ref().map(Vec::as_slice),
+            channels: self.channels.each_ref().map(Vec::as_slice),
+            pitch: &self.pitch,
+            payload: &self.payload,
+        };
+        estimate_forces(&robot, config)
     }
 }
 
@@ -73,6 +96,24 @@ pub(crate) fn forces(
     filter: &str,
     smooth: bool,
 ) -> Result<Forces, CliError> {
+    let (columns, config) = prepare(log, rover, filter, smooth)?;
+    let steps = columns.estimate(&config)?;
+    Ok(Forces {
+        vehicle: *config.space.vehicle(),
+        steps,
+    })
+}
+
+/// The columns of a log, and how they are to be run.
+///
+/// # Errors
+/// A rover without vehicle, a channel without noise level, a log without torques, or numbers no robot has.
+pub(crate) fn prepare(
+    log: &DriveLog,
+    rover: &Rover,
+    filter: &str,
+    smooth: bool,
+) -> Result<(Columns, ForceConfig), CliError> {
     let vehicle = rover.nominal_vehicle().ok_or_else(|| {
         CliError::rover(
             "a drive log needs [vehicle] in the rover file",
@@ -99,12 +140,5 @@ pub(crate) fn forces(
         start_wait: rover.filter.start_wait,
         ..ForceConfig::new(space)
     };
-    let robot = RobotLog {
-        time: &log.time,
-        segments: &columns.segments,
-        torque: columns.torque.each_ref().map(Vec::as_slice),
-        channels: columns.channels.each_ref().map(Vec::as_slice),
-    };
-    let steps = estimate_forces(&robot, &config)?;
-    Ok(Forces { vehicle, steps })
+    Ok((columns, config))
 }

@@ -1,5 +1,7 @@
 //! From continuous to discrete time: Van Loan's method for linear systems, Runge-Kutta for the others.
 
+use std::sync::Arc;
+
 use nalgebra::{DMatrix, DVector};
 
 use crate::error::FilterError;
@@ -79,7 +81,7 @@ pub fn discretise(a: &DMatrix<f64>, q: &DMatrix<f64>, dt: f64) -> Result<Discret
 pub(crate) struct Steps {
     a: DMatrix<f64>,
     q: DMatrix<f64>,
-    known: Vec<Discrete>,
+    known: Vec<Arc<Discrete>>,
 }
 
 impl Steps {
@@ -93,7 +95,7 @@ impl Steps {
 
     /// The discretisation for `dt`. Steps that agree to 1e-9 are one step: clocks differ by rounding from row to row.
     pub(crate) fn get(&mut self, dt: f64) -> Result<&Discrete, FilterError> {
-        let same = |d: &Discrete| (d.dt - dt).abs() <= 1e-9 * dt;
+        let same = |d: &Arc<Discrete>| (d.dt - dt).abs() <= 1e-9 * dt;
         let at = match self.known.iter().position(same) {
             Some(at) => at,
             None => {
@@ -102,7 +104,7 @@ impl Steps {
                 if self.known.len() >= 8 {
                     self.known.remove(0);
                 }
-                self.known.push(fresh);
+                self.known.push(Arc::new(fresh));
                 self.known.len() - 1
             }
         };

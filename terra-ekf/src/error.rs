@@ -95,15 +95,27 @@ pub enum FilterError {
         /// Length of the last step in prior standard deviations.
         step: f64,
     },
-    /// An input that was missing for longer than it may be held.
-    #[error("{input} missing at t = {time} s for more than {limit} samples")]
-    MissingInput {
-        /// Input, with its wheel.
-        input: String,
+    /// A sample so far from its prediction that its square overflows, in a filter that rejects nothing.
+    #[error(
+        "{channel} reads {value}, {deviations:e} standard deviations from its prediction: no filter without robust update can use it"
+    )]
+    Implausible {
+        /// Channel.
+        channel: String,
+        /// Reading, unit of z.
+        value: f64,
+        /// |ν| over its standard deviation.
+        deviations: f64,
+    },
+    /// What went wrong at one row of a log.
+    #[error("row {row}, t = {time} s: {source}")]
+    AtRow {
+        /// Row, counted from 0.
+        row: usize,
         /// Time \[s\].
         time: f64,
-        /// Samples over which an input is held.
-        limit: usize,
+        /// What it was.
+        source: Box<FilterError>,
     },
     /// A channel that a log must have.
     #[error("the log has no {channel}; {advice}")]

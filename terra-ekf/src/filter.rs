@@ -32,6 +32,16 @@ pub trait Filter: Send {
     /// [`FilterError::Size`], [`FilterError::SingularInnovation`], or whatever the state space raises.
     fn update(&mut self, z: &Measurement) -> Result<Innovation, FilterError>;
 
+    /// Adds independent process noise of these variances (n, unit of x²) to the belief just predicted: an input that is
+    /// not known, a state that has become doubtful.
+    ///
+    /// # Errors
+    /// [`FilterError::Size`], or [`FilterError::NotACovariance`] for a variance that is none.
+    fn widen(&mut self, variance: &[f64]) -> Result<(), FilterError>;
+
+    /// A copy of the filter as it stands, for going back to when late data arrive.
+    fn boxed_clone(&self) -> Box<dyn Filter>;
+
     /// Mean and covariance now.
     fn belief(&self) -> &Gaussian;
 

@@ -27,9 +27,15 @@ pub use derived::{
 pub use discretise::{Discrete, discretise};
 pub use error::FilterError;
 pub use filter::Filter;
-pub use filters::{BlockFilter, DenseFilter, Extended, Iterated, Linear, SigmaPoint};
+pub use filters::{
+    BlockFilter, DenseFilter, Extended, Factor, Factored, Iterated, Linear, SigmaPoint, SquareRoot,
+    UnitDiagonal,
+};
 pub use gaussian::Gaussian;
-pub use log::{Flag, ForceConfig, INPUT_HOLD, RobotLog, Step, Tally, estimate_forces};
+pub use log::{
+    Dropped, Flag, ForceConfig, INPUT_HOLD, InputState, Rejected, RobotLog, Step, Tally,
+    TorqueTally, estimate_forces, rejected,
+};
 pub use measurement::{Innovation, Measurement};
 pub use registry::{
     BuildFilter, BuildSpace, FILTERS, FilterEntry, Registry, STATE_SPACES, SpaceEntry,

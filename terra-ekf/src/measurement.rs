@@ -73,6 +73,9 @@ pub struct Innovation {
     pub log_likelihood: f64,
     /// Channels whose states were reset to the prior covariance in this update, after a timeout of rejections.
     pub resets: Vec<usize>,
+    /// Channels left out because their reading is absurd: so far off that a robust update would give it no weight a
+    /// number could hold. They have a `ratio` and are not in `nis` and `dof`.
+    pub dropped: Vec<usize>,
 }
 
 impl Innovation {

@@ -7,8 +7,11 @@ use terra_model::nearest;
 use crate::config::FilterConfig;
 use crate::error::FilterError;
 use crate::filter::Filter;
-use crate::filters::{BlockFilter, DenseFilter, Extended, Iterated, Linear, SigmaPoint};
-use crate::spaces::{LongitudinalRobot, SingleWheelRig};
+use crate::filters::{
+    BlockFilter, DenseFilter, Extended, Factored, Iterated, Linear, SigmaPoint, SquareRoot,
+    UnitDiagonal,
+};
+use crate::spaces::{LongitudinalRobot, PlanarRobot, SingleWheelRig};
 use crate::state_space::AnyStateSpace;
 
 /// Makes a filter for a state space.
@@ -78,6 +81,26 @@ pub const FILTERS: &[FilterEntry] = &[
         build: |space, config| Ok(Box::new(DenseFilter::new(Iterated, space, config)?)),
     },
     FilterEntry {
+        name: "srkf",
+        summary: "extended Kalman filter that carries a square root of its covariance",
+        reference: "G. J. Bierman, Factorization Methods for Discrete Sequential Estimation (1977), sec. II.7",
+        linear_only: false,
+        build: |space, config| {
+            let method = Factored::<SquareRoot>::new(&space.prior())?;
+            Ok(Box::new(DenseFilter::new(method, space, config)?))
+        },
+    },
+    FilterEntry {
+        name: "ud",
+        summary: "extended Kalman filter that carries U D U' for its covariance",
+        reference: "G. J. Bierman, Factorization Methods for Discrete Sequential Estimation (1977), secs. V.3, VI.4",
+        linear_only: false,
+        build: |space, config| {
+            let method = Factored::<UnitDiagonal>::new(&space.prior())?;
+            Ok(Box::new(DenseFilter::new(method, space, config)?))
+        },
+    },
+    FilterEntry {
         name: "ukf",
         summary: "unscented Kalman filter, 2n + 1 points",
         reference: "S. J. Julier and J. K. Uhlmann, Proc. IEEE 92 (2004)",
@@ -104,6 +127,10 @@ pub const STATE_SPACES: &[SpaceEntry] = &[
     SpaceEntry {
         name: "longitudinal-robot",
         build: || Ok(Arc::new(LongitudinalRobot::light()?)),
+    },
+    SpaceEntry {
+        name: "planar-robot",
+        build: || Ok(Arc::new(PlanarRobot::light()?)),
     },
     SpaceEntry {
         name: "single-wheel-rig",

@@ -32,12 +32,34 @@ impl Watch {
         }
     }
 
+    /// True while a channel is being rejected.
+    pub(crate) fn rejects(&self, channel: usize) -> bool {
+        self.rejected_for[channel].is_some()
+    }
+
+    /// True when it has been for so long that it has lost its say. The prediction it is compared with grows vaguer all
+    /// the while, and would sooner or later take a faulty reading for a possible one: then the filter follows the fault,
+    /// and the sensor's return looks like the next fault.
+    pub(crate) fn distrusts(&self, channel: usize) -> bool {
+        self.rejected_for[channel].is_some_and(|time| time >= DISTRUST_AFTER)
+    }
+
+    /// A channel inside its gate.
+    pub(crate) fn accept(&mut self, channel: usize) {
+        self.rejected_for[channel] = None;
+    }
+
     /// Records |e| of a channel; true when its timeout has come: the clock then starts afresh.
     pub(crate) fn timed_out(&mut self, channel: usize, e: f64, config: &FilterConfig) -> bool {
         let Some(robust) = config.robust else {
             return false;
         };
-        if e.abs() <= config.gate {
+        let gate = if self.distrusts(channel) {
+            TRUST_AGAIN * config.gate
+        } else {
+            config.gate
+        };
+        if e.abs() <= gate {
             self.rejected_for[channel] = None;
             return false;
         }
@@ -54,6 +76,51 @@ impl Watch {
             }
         }
     }
+}
+
+/// Time of unbroken rejection after which a channel has no say \[s\].
+const DISTRUST_AFTER: f64 = 0.1;
+/// Share of the gate inside which it gets it back.
+const TRUST_AGAIN: f64 = 0.6;
+/// Inflation of a channel without say.
+pub(crate) const NO_SAY: f64 = 1e9;
+
+/// |e| beyond which a robust update drops a channel: its weight would be lost in rounding.
+const DROPPED: f64 = 1e8;
+/// |e| beyond which a plain filter cannot go on: NIS and mean would overflow.
+const OVERFLOW: f64 = 1e100;
+
+/// Takes the channels with an absurd reading out of `rows`, with their ratio; `Ok(true)` when there were any.
+/// `Err((row, e))` for a filter without robust update.
+pub(crate) fn drop_absurd(
+    innovation: &mut Innovation,
+    rows: &mut Vec<usize>,
+    residual: &[f64],
+    s_diagonal: &[f64],
+    config: &FilterConfig,
+) -> Result<bool, (usize, f64)> {
+    let limit = if config.robust.is_some() {
+        DROPPED
+    } else {
+        OVERFLOW
+    };
+    let mut keep = Vec::with_capacity(rows.len());
+    for (k, &row) in rows.iter().enumerate() {
+        let sd = s_diagonal[k].max(0.0).sqrt();
+        // A ratio is a finite number, even where the residual overflows.
+        let e = (residual[k].abs() / sd).min(f64::MAX);
+        if !(sd > 0.0 && e > limit) {
+            keep.push(row);
+        } else if config.robust.is_none() {
+            return Err((row, e));
+        } else {
+            innovation.ratio[row] = Some(e / config.gate);
+            innovation.dropped.push(row);
+        }
+    }
+    let any = keep.len() < rows.len();
+    *rows = keep;
+    Ok(any)
 }
 
 /// Fills residual, sd and ratio of the channels in `rows`; returns e = ν/sd of each.

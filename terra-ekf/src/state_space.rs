@@ -104,11 +104,11 @@ pub trait AnyStateSpace: StateSpaceAt<f64> + StateSpaceAt<Dual8> {
     /// See [`StateSpace::dims`].
     fn dims(&self) -> Dims;
     /// See [`StateSpace::state_names`].
-    fn state_names(&self) -> &'static [&'static str];
+    fn state_names(&self) -> &[&'static str];
     /// See [`StateSpace::input_names`].
-    fn input_names(&self) -> &'static [&'static str];
+    fn input_names(&self) -> &[&'static str];
     /// See [`StateSpace::measurement_names`].
-    fn measurement_names(&self) -> &'static [&'static str];
+    fn measurement_names(&self) -> &[&'static str];
     /// See [`StateSpace::process_noise`].
     fn process_noise(&self) -> DMatrix<f64>;
     /// See [`StateSpace::measurement_noise`].
@@ -134,13 +134,13 @@ impl<S: StateSpace> AnyStateSpace for S {
     fn dims(&self) -> Dims {
         StateSpace::dims(self)
     }
-    fn state_names(&self) -> &'static [&'static str] {
+    fn state_names(&self) -> &[&'static str] {
         StateSpace::state_names(self)
     }
-    fn input_names(&self) -> &'static [&'static str] {
+    fn input_names(&self) -> &[&'static str] {
         StateSpace::input_names(self)
     }
-    fn measurement_names(&self) -> &'static [&'static str] {
+    fn measurement_names(&self) -> &[&'static str] {
         StateSpace::measurement_names(self)
     }
     fn process_noise(&self) -> DMatrix<f64> {
@@ -222,7 +222,8 @@ impl dyn AnyStateSpace + '_ {
         ))
     }
 
-    /// Rank of the observability matrix of the channels listed.
+    /// Rank of the observability matrix of the channels listed; of a nonlinear state space, linearised at the prior mean
+    /// without input.
     ///
     /// # Equation
     /// rank \[C; CA; ...; CA^(n-1)\], computed by growing an orthonormal basis of its row space one power of A at a
@@ -231,43 +232,64 @@ impl dyn AnyStateSpace + '_ {
     /// # Errors
     /// See [`StateSpace::rate`].
     pub fn observability_rank(&self, channels: &[usize]) -> Result<usize, FilterError> {
-        let (mut a, c) = self.system_matrices()?;
-        let n = a.nrows();
-        // Time is measured in units in which A is of order one; that changes no rank.
-        let scale = a.amax();
-        if scale > 0.0 {
-            a /= scale;
-        }
-        let mut basis: Vec<nalgebra::RowDVector<f64>> = Vec::new();
-        let mut fresh: Vec<nalgebra::RowDVector<f64>> = channels
-            .iter()
-            .filter(|&&i| i < c.nrows())
-            .map(|&i| c.row(i).into_owned())
-            .collect();
-        while !fresh.is_empty() && basis.len() < n {
-            let mut next = Vec::new();
-            for row in fresh {
-                let length = row.norm();
-                if length == 0.0 {
-                    continue;
-                }
-                let mut rest = row / length;
-                // Twice is enough to be orthogonal to rounding.
-                for _ in 0..2 {
-                    for b in &basis {
-                        let along = rest.dot(b);
-                        rest -= b * along;
-                    }
-                }
-                let left = rest.norm();
-                if left > 1e-9 {
-                    rest /= left;
-                    next.push(&rest * &a);
-                    basis.push(rest);
+        let (a, c) = self.system_matrices()?;
+        Ok(rank(a, &c, channels))
+    }
+
+    /// The same for the linearisation at a state and an input: what one moment of driving tells. A drive over several
+    /// states may tell more: at one moment a sensor's scale looks like an offset.
+    ///
+    /// # Errors
+    /// See [`StateSpace::rate`].
+    pub fn observability_rank_at(
+        &self,
+        x: &[f64],
+        u: &[f64],
+        channels: &[usize],
+    ) -> Result<usize, FilterError> {
+        let (_, a) = self.rate_jacobian(x, u)?;
+        let (_, c) = self.measure_jacobian(x)?;
+        Ok(rank(a, &c, channels))
+    }
+}
+
+/// Dimension of the row space of \[C; CA; ...\] over the rows `channels` of C.
+fn rank(mut a: DMatrix<f64>, c: &DMatrix<f64>, channels: &[usize]) -> usize {
+    let n = a.nrows();
+    // Time is measured in units in which A is of order one; that changes no rank.
+    let scale = a.amax();
+    if scale > 0.0 {
+        a /= scale;
+    }
+    let mut basis: Vec<nalgebra::RowDVector<f64>> = Vec::new();
+    let mut fresh: Vec<nalgebra::RowDVector<f64>> = channels
+        .iter()
+        .filter(|&&i| i < c.nrows())
+        .map(|&i| c.row(i).into_owned())
+        .collect();
+    while !fresh.is_empty() && basis.len() < n {
+        let mut next = Vec::new();
+        for row in fresh {
+            let length = row.norm();
+            if length == 0.0 {
+                continue;
+            }
+            let mut rest = row / length;
+            // Twice is enough to be orthogonal to rounding.
+            for _ in 0..2 {
+                for b in &basis {
+                    let along = rest.dot(b);
+                    rest -= b * along;
                 }
             }
-            fresh = next;
+            let left = rest.norm();
+            if left > 1e-9 {
+                rest /= left;
+                next.push(&rest * &a);
+                basis.push(rest);
+            }
         }
-        Ok(basis.len())
+        fresh = next;
     }
+    basis.len()
 }

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use serde_json::json;
 
+use crate::campaign::faults::faults;
 use crate::campaign::{LOOK_AT, Rate, ramps};
 use crate::error::CliError;
 use crate::output::{self, table};
@@ -51,5 +52,52 @@ pub(crate) fn run_ramps(
         })
         .collect();
     let header: Vec<&str> = header.iter().map(String::as_str).collect();
+    output::stdout(&table(&header, &body))
+}
+
+pub(crate) fn run_faults(
+    runs: usize,
+    seed: u64,
+    filter: &str,
+    file: Option<&Path>,
+    quiet: bool,
+) -> Result<(), CliError> {
+    let spinner = Spinner::start(quiet, format!("{runs} faults"));
+    let report = faults(runs, seed, filter)?;
+    drop(spinner);
+    if file.is_some() {
+        output::json(
+            file,
+            &json!({ "campaign": "faults", "filter": filter, "seed": seed, "report": report }),
+        )?;
+    }
+    let cell = |r: &Rate| format!("{:.4} [{:.4}, {:.4}]", r.value, r.lo, r.hi);
+    let body: Vec<Vec<String>> = report
+        .rows
+        .iter()
+        .chain([&report.total])
+        .map(|row| {
+            vec![
+                row.kind.clone(),
+                row.runs.to_string(),
+                row.knowable.to_string(),
+                cell(&row.flagged),
+                cell(&row.recovered),
+                row.not_finite.to_string(),
+                row.refused.0.to_string(),
+                row.panics.to_string(),
+            ]
+        })
+        .collect();
+    let header = [
+        "fault",
+        "runs",
+        "knowable",
+        "flagged",
+        "NIS nominal after .5 s",
+        "not finite",
+        "refused",
+        "panics",
+    ];
     output::stdout(&table(&header, &body))
 }

@@ -6,7 +6,6 @@ use std::path::Path;
 use terra_data::{DriveLog, LogKind, WHEELS};
 use terra_ekf::spaces::longitudinal_robot::{F, R, V};
 use terra_ekf::{Step, wheel_estimates};
-use terra_model::Vehicle;
 
 use crate::error::CliError;
 use crate::input::{LogFile, rover};
@@ -37,11 +36,11 @@ pub(crate) fn run(
     let drive = file.drive(&rover)?;
     let _spinner = Spinner::start(quiet, "estimating forces");
     let forces = forces(&drive, &rover, filter, smooth).map_err(|e| e.in_files(log, rover_path))?;
-    output::text(out, &csv(&drive, &forces.vehicle, &forces.steps)?)
+    output::text(out, &csv(&drive, &forces.steps)?)
 }
 
 /// The table of the contract: value and 1-sigma in pairs.
-fn csv(log: &DriveLog, vehicle: &Vehicle<f64>, steps: &[Step]) -> Result<String, CliError> {
+fn csv(log: &DriveLog, steps: &[Step]) -> Result<String, CliError> {
     let mut header = "time_s,segment,flag,nis,nis_dof".to_owned();
     let pair = |header: &mut String, stem: &str, unit: &str| {
         let _ = write!(header, ",{stem}{unit},{stem}_sd{unit}");
@@ -84,7 +83,7 @@ fn csv(log: &DriveLog, vehicle: &Vehicle<f64>, steps: &[Step]) -> Result<String,
             let (value, sd) = state(k);
             let _ = write!(out, ",{},{}", number(value), number(sd));
         }
-        for w in wheel_estimates(belief, vehicle)? {
+        for w in wheel_estimates(belief, &step.vehicle)? {
             let slip = w.slip.map_or((f64::NAN, f64::NAN), |s| (s.value, s.sd));
             for (value, sd) in [
                 (w.wheel_speed.value, w.wheel_speed.sd),

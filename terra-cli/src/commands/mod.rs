@@ -53,6 +53,12 @@ pub(crate) fn dispatch(args: Args) -> Result<(), CliError> {
             terrains,
             json,
         }) => campaign::run_ramps(&terrains, runs as usize, seed, json.as_deref(), quiet),
+        Command::Campaign(Campaign::Faults {
+            runs,
+            seed,
+            filter,
+            json,
+        }) => campaign::run_faults(runs as usize, seed, &filter, json.as_deref(), quiet),
         Command::Completions { shell } => {
             let mut text = Vec::new();
             clap_complete::generate(shell, &mut Args::command(), "terra", &mut text);

@@ -58,7 +58,7 @@ pub fn identify_drive(
             continue;
         }
         let both = [Side::Left, Side::Right].map(|side| {
-            side_forces(&step.belief, &forces.vehicle, side)
+            side_forces(&step.belief, &step.vehicle, side)
                 .ok()
                 .filter(|s| s.slip_state.iter().all(|state| *state == SlipState::Moving))
         });

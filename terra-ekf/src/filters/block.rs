@@ -4,18 +4,21 @@
 //! In y = M x the state space falls into groups that share neither dynamics, noise, prior nor channels; each group is a
 //! Kalman filter of its own and the belief is x = M⁻¹ y. For the 18-state robot: four (w, T, T'), one (v, F_s, F_s')
 //! and one (r, F_d, F_d') with F_s = F_L + F_R, F_d = F_R - F_L. Exact when both sides have equal q and equal,
-//! uncorrelated prior and R is diagonal. Groups that turn out to be coupled are joined, with a typed reason.
+//! uncorrelated prior and R is diagonal. Groups that turn out to be coupled are joined, with a typed reason. Where the
+//! groups are few and small they are worked on side by side; the whole belief is put together when it is asked for.
 //!
 //! # Reference
 //! The split is that of the system matrices; the update is the scalar-sequential one of G. J. Bierman,
 //! *Factorization Methods for Discrete Sequential Estimation*, Academic Press (1977), chapter V.
 
+use std::cell::OnceCell;
 use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector};
 
 use super::group::{Belief, Group, add_block, spread, update_group};
 use super::kf::drive;
+use super::lanes::Lanes;
 use super::{Linear, Model};
 use crate::config::FilterConfig;
 use crate::discretise::Steps;
@@ -28,15 +31,18 @@ use crate::state_space::AnyStateSpace;
 use crate::structure::{Coupling, Structure};
 
 /// The filter `block`.
+#[derive(Clone)]
 pub struct BlockFilter {
     model: Model,
     structure: Structure,
     couplings: Vec<Coupling>,
     offset: DVector<f64>,
     groups: Vec<Group>,
-    belief: Gaussian,
-    predicted: Gaussian,
-    cross: DMatrix<f64>,
+    /// The groups side by side, where they fit: then these hold the beliefs.
+    lanes: Option<Lanes>,
+    belief: OnceCell<Gaussian>,
+    predicted: OnceCell<Gaussian>,
+    cross: OnceCell<DMatrix<f64>>,
     watch: Watch,
     time: f64,
 }
@@ -55,8 +61,8 @@ impl BlockFilter {
         }
         Linear::new(&*space)?;
         let model = Model::new(space, config)?;
-        let n = model.prior.dim();
-        let offset = model.space.measure_value(&vec![0.0; n])?;
+        let origin = vec![0.0; model.prior.dim()];
+        let offset = model.space.measure_value(&origin)?;
         let watch = Watch::new(offset.len());
         let (structure, couplings) = Structure::of(&*model.space, &model.prior.covariance)?;
         let belief = model.prior.clone();
@@ -66,13 +72,14 @@ impl BlockFilter {
             couplings,
             offset: DVector::from_vec(offset),
             groups: Vec::new(),
-            predicted: belief.clone(),
-            belief,
-            cross: DMatrix::zeros(n, n),
+            lanes: None,
+            belief: OnceCell::new(),
+            predicted: OnceCell::new(),
+            cross: OnceCell::new(),
             watch,
             time: 0.0,
         };
-        filter.split()?;
+        filter.split(&belief)?;
         Ok(filter)
     }
 
@@ -81,15 +88,15 @@ impl BlockFilter {
         self.groups.len()
     }
 
-    /// Builds the groups from the structure and the belief.
-    fn split(&mut self) -> Result<(), FilterError> {
+    /// Builds the groups from the structure and a belief.
+    fn split(&mut self, belief: &Gaussian) -> Result<(), FilterError> {
         let s = &self.structure;
         let (a, c) = self.model.space.system_matrices()?;
         let a = &s.basis * a * &s.inverse;
         let q = &s.basis * &self.model.q * s.basis.transpose();
         let start = &s.basis * &self.model.prior.covariance * s.basis.transpose();
-        let p = &s.basis * &self.belief.covariance * s.basis.transpose();
-        let y = &s.basis * &self.belief.mean;
+        let p = &s.basis * &belief.covariance * s.basis.transpose();
+        let y = &s.basis * &belief.mean;
         let owner: Vec<usize> = (0..c.nrows())
             .map(|row| s.group_of_channel(&c, row))
             .collect();
@@ -138,26 +145,90 @@ impl BlockFilter {
                 }
             })
             .collect();
+        self.lanes = Lanes::of(&self.groups, &self.structure, &self.offset);
+        self.forget();
         Ok(())
     }
 
-    /// x = M⁻¹ y, for the means and covariances of all groups.
-    fn assemble(&mut self) {
-        self.belief.mean.fill(0.0);
-        self.belief.covariance.fill(0.0);
-        self.predicted.mean.fill(0.0);
-        self.predicted.covariance.fill(0.0);
-        self.cross.fill(0.0);
-        for g in &self.groups {
-            spread(&mut self.belief, g, &g.now.mean, &g.now.p);
-            spread(
-                &mut self.predicted,
-                g,
-                &g.now.predicted.0,
-                &g.now.predicted.1,
-            );
-            add_block(&mut self.cross, g, &g.now.cross);
+    /// What was put together is no longer true.
+    fn forget(&mut self) {
+        self.belief.take();
+        self.predicted.take();
+        self.cross.take();
+    }
+
+    /// The beliefs go back to the groups, for what the lanes cannot do.
+    fn sync_groups(&mut self) {
+        if let Some(lanes) = &self.lanes {
+            lanes.store(&mut self.groups);
         }
+    }
+
+    /// And to the lanes again.
+    fn sync_lanes(&mut self) {
+        if let Some(lanes) = &mut self.lanes {
+            lanes.load(&self.groups);
+        }
+        self.forget();
+    }
+
+    /// x = M⁻¹ y of all groups, now or before the last update.
+    fn whole(&self, predicted: bool) -> Gaussian {
+        let n = self.structure.basis.nrows();
+        let mut whole = Gaussian {
+            mean: DVector::zeros(n),
+            covariance: DMatrix::zeros(n, n),
+        };
+        for (lane, g) in self.groups.iter().enumerate() {
+            let held;
+            let (mean, p) = match &self.lanes {
+                Some(lanes) => {
+                    let moments = if predicted {
+                        &lanes.predicted
+                    } else {
+                        &lanes.now
+                    };
+                    held = moments.of(lane, g.states.len());
+                    (&held.0, &held.1)
+                }
+                None if predicted => (&g.now.predicted.0, &g.now.predicted.1),
+                None => (&g.now.mean, &g.now.p),
+            };
+            spread(&mut whole, g, mean, p);
+        }
+        whole
+    }
+
+    /// The same of the cross covariance.
+    fn whole_cross(&self) -> DMatrix<f64> {
+        let n = self.structure.basis.nrows();
+        let mut whole = DMatrix::zeros(n, n);
+        for (lane, g) in self.groups.iter().enumerate() {
+            match &self.lanes {
+                Some(lanes) => add_block(&mut whole, g, &lanes.cross_of(lane, g.states.len())),
+                None => add_block(&mut whole, g, &g.now.cross),
+            }
+        }
+        whole
+    }
+
+    /// The update group by group: any structure, resets, dropped readings, errors.
+    fn update_groups(&mut self, z: &Measurement) -> Result<Innovation, FilterError> {
+        let mut innovation = Innovation::empty(self.offset.len());
+        let mut watch = self.watch.clone();
+        let mut next = Vec::with_capacity(self.groups.len());
+        for g in &self.groups {
+            let now = update_group(g, z, &self.offset, &self.model, &mut watch, &mut innovation)?;
+            crate::gaussian::check_finite("mean", now.mean.as_slice())?;
+            next.push(now);
+        }
+        for (g, now) in self.groups.iter_mut().zip(next) {
+            g.now = now;
+        }
+        innovation.resets.sort_unstable();
+        innovation.dropped.sort_unstable();
+        self.watch = watch;
+        Ok(innovation)
     }
 }
 
@@ -172,27 +243,31 @@ impl Filter for BlockFilter {
 
     fn predict(&mut self, u: &[f64], dt: f64) -> Result<(), FilterError> {
         self.model.check_step(u, dt, self.time)?;
-        let drive = &self.structure.basis * drive(&self.model, u)?;
-        let mut next = Vec::with_capacity(self.groups.len());
-        for g in &mut self.groups {
-            let step = g.steps.get(dt)?;
-            let mean = &step.a * &g.now.mean + &step.gamma * drive.select_rows(&g.states);
-            let cross = &g.now.p * step.a.transpose();
-            let mut p = &step.a * &cross + &step.q;
-            symmetrise(&mut p);
-            crate::gaussian::check_finite("mean", mean.as_slice())?;
-            crate::gaussian::check_finite("covariance", p.as_slice())?;
-            next.push(Belief {
-                predicted: (mean.clone(), p.clone()),
-                mean,
-                p,
-                cross,
-            });
+        if let Some(lanes) = &mut self.lanes {
+            lanes.predict(&*self.model.space, &mut self.groups, u, dt)?;
+        } else {
+            let drive = &self.structure.basis * drive(&self.model, u)?;
+            let mut next = Vec::with_capacity(self.groups.len());
+            for g in &mut self.groups {
+                let step = g.steps.get(dt)?;
+                let mean = &step.a * &g.now.mean + &step.gamma * drive.select_rows(&g.states);
+                let cross = &g.now.p * step.a.transpose();
+                let mut p = &step.a * &cross + &step.q;
+                symmetrise(&mut p);
+                crate::gaussian::check_finite("mean", mean.as_slice())?;
+                crate::gaussian::check_finite("covariance", p.as_slice())?;
+                next.push(Belief {
+                    predicted: (mean.clone(), p.clone()),
+                    mean,
+                    p,
+                    cross,
+                });
+            }
+            for (g, now) in self.groups.iter_mut().zip(next) {
+                g.now = now;
+            }
         }
-        for (g, now) in self.groups.iter_mut().zip(next) {
-            g.now = now;
-        }
-        self.assemble();
+        self.forget();
         self.time += dt;
         self.watch.elapse(dt);
         Ok(())
@@ -207,47 +282,77 @@ impl Filter for BlockFilter {
                 found: z.len(),
             });
         }
-        let mut innovation = Innovation::empty(channels);
-        let mut watch = self.watch.clone();
-        let mut next = Vec::with_capacity(self.groups.len());
+        if let Some(lanes) = &mut self.lanes {
+            let mut innovation = Innovation::empty(channels);
+            if lanes.update(z, &self.model.config, &mut self.watch, &mut innovation) {
+                self.forget();
+                return Ok(innovation);
+            }
+        }
+        self.sync_groups();
+        let innovation = self.update_groups(z);
+        self.sync_lanes();
+        innovation
+    }
+
+    fn widen(&mut self, variance: &[f64]) -> Result<(), FilterError> {
+        self.model.check_widening(variance)?;
+        self.sync_groups();
+        let s = &self.structure;
+        let added = DMatrix::from_diagonal(&DVector::from_column_slice(variance));
+        let added = &s.basis * added * s.basis.transpose();
+        let mut inside = DMatrix::zeros(added.nrows(), added.ncols());
         for g in &self.groups {
-            let now = update_group(
-                g,
-                z,
-                &self.offset,
-                &self.model.config,
-                &mut watch,
-                &mut innovation,
-            )
-            .map_err(|channel| FilterError::SingularInnovation {
-                channel: self.model.channel(channel),
-            })?;
-            crate::gaussian::check_finite("mean", now.mean.as_slice())?;
-            next.push(now);
+            for &i in &g.states {
+                for &j in &g.states {
+                    inside[(i, j)] = added[(i, j)];
+                }
+            }
         }
-        for (g, now) in self.groups.iter_mut().zip(next) {
-            g.now = now;
+        if (&added - inside).amax() > 0.0 {
+            // Noise that couples groups: they become one. What the smoother knows of the step before stays as it is.
+            let mut whole = self.whole(false);
+            for (i, v) in variance.iter().enumerate() {
+                whole.covariance[(i, i)] += v;
+            }
+            let cross = self.whole_cross();
+            (self.structure, self.couplings) =
+                Structure::of(&*self.model.space, &whole.covariance)?;
+            self.split(&whole)?;
+            let s = &self.structure;
+            let cross = &s.basis * &cross * s.basis.transpose();
+            for g in &mut self.groups {
+                g.now.cross = cross.select_rows(&g.states).select_columns(&g.states);
+            }
+            self.sync_lanes();
+            return Ok(());
         }
-        innovation.resets.sort_unstable();
-        self.watch = watch;
-        self.assemble();
-        Ok(innovation)
+        for g in &mut self.groups {
+            g.now.p += added.select_rows(&g.states).select_columns(&g.states);
+            g.now.predicted = (g.now.mean.clone(), g.now.p.clone());
+        }
+        self.sync_lanes();
+        Ok(())
+    }
+
+    fn boxed_clone(&self) -> Box<dyn Filter> {
+        Box::new(self.clone())
     }
 
     fn belief(&self) -> &Gaussian {
-        &self.belief
+        self.belief.get_or_init(|| self.whole(false))
     }
 
     fn predicted(&self) -> &Gaussian {
-        &self.predicted
+        self.predicted.get_or_init(|| self.whole(true))
     }
 
     fn cross_covariance(&self) -> &DMatrix<f64> {
-        &self.cross
+        self.cross.get_or_init(|| self.whole_cross())
     }
 
     fn restart(&mut self, belief: Gaussian) -> Result<(), FilterError> {
-        let n = self.belief.dim();
+        let n = self.structure.basis.nrows();
         if belief.dim() != n {
             return Err(FilterError::Size {
                 what: "belief",
@@ -258,10 +363,7 @@ impl Filter for BlockFilter {
         let belief = Gaussian::new(belief.mean, belief.covariance)?;
         // Another belief may couple what the prior did not.
         (self.structure, self.couplings) = Structure::of(&*self.model.space, &belief.covariance)?;
-        self.belief = belief.clone();
-        self.predicted = belief;
-        self.cross.fill(0.0);
-        self.split()?;
+        self.split(&belief)?;
         self.watch.restart();
         self.time = 0.0;
         Ok(())

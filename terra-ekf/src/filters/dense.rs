@@ -11,7 +11,7 @@ use crate::error::FilterError;
 use crate::filter::Filter;
 use crate::gaussian::{Gaussian, symmetrise};
 use crate::measurement::{Innovation, Measurement};
-use crate::robust::{Watch, describe, reset_group};
+use crate::robust::{NO_SAY, Watch, describe, drop_absurd, reset_group};
 use crate::state_space::AnyStateSpace;
 use crate::structure::Structure;
 use crate::update::{joseph, sequential, whiten};
@@ -30,15 +30,22 @@ pub struct View {
 pub(crate) type Refined = (DMatrix<f64>, DVector<f64>);
 
 /// The part that differs between filters.
-pub trait Method: Send {
+pub trait Method: Clone + Send + 'static {
     /// Name in the registry.
     fn name(&self) -> &'static str;
+    /// The filter goes on from this belief, which the method did not make: a start, a reset, added noise.
+    ///
+    /// # Errors
+    /// [`FilterError::NotACovariance`] for a belief that has no factor.
+    fn begin(&mut self, _belief: &Gaussian) -> Result<(), FilterError> {
+        Ok(())
+    }
     /// The belief a step later, and cov(x now, x then).
     ///
     /// # Errors
     /// Whatever the state space raises.
     fn predict(
-        &self,
+        &mut self,
         model: &mut Model,
         belief: &Gaussian,
         u: &[f64],
@@ -63,9 +70,21 @@ pub trait Method: Send {
     ) -> Result<Option<Refined>, FilterError> {
         Ok(None)
     }
+    /// The belief after an update with rows `c`, for a method that carries more than the belief; `None` leaves it to
+    /// the frame. `Err(row)` names a row in which S has no inverse.
+    fn commit(
+        &mut self,
+        _belief: &Gaussian,
+        _c: &DMatrix<f64>,
+        _r: &DMatrix<f64>,
+        _residual: &DVector<f64>,
+    ) -> Option<Result<Gaussian, usize>> {
+        None
+    }
 }
 
 /// A filter with one full covariance.
+#[derive(Clone)]
 pub struct DenseFilter<M> {
     method: M,
     model: Model,
@@ -201,8 +220,10 @@ impl<M: Method> Filter for DenseFilter<M> {
 
     fn predict(&mut self, u: &[f64], dt: f64) -> Result<(), FilterError> {
         self.model.check_step(u, dt, self.time)?;
-        let (next, cross) = self.method.predict(&mut self.model, &self.belief, u, dt)?;
+        let mut method = self.method.clone();
+        let (next, cross) = method.predict(&mut self.model, &self.belief, u, dt)?;
         next.check_finite()?;
+        self.method = method;
         self.belief = next;
         self.predicted = self.belief.clone();
         self.cross = cross;
@@ -221,12 +242,33 @@ impl<M: Method> Filter for DenseFilter<M> {
             });
         }
         let mut innovation = Innovation::empty(channels);
-        let rows = z.present();
+        let mut rows = z.present();
         if rows.is_empty() {
             self.predicted = self.belief.clone();
             return Ok(innovation);
         }
-        let values = DVector::from_iterator(rows.len(), rows.iter().filter_map(|&i| z.get(i)));
+        let samples = |rows: &[usize]| {
+            DVector::from_iterator(rows.len(), rows.iter().filter_map(|&i| z.get(i)))
+        };
+        let mut values = samples(&rows);
+        let config = self.model.config;
+        let mut view = self.method.observe(&self.model, &self.belief)?;
+        let mut seen = rows_of(&view, &self.model, &self.belief, &rows, &values);
+        let absurd = drop_absurd(
+            &mut innovation,
+            &mut rows,
+            seen.residual.as_slice(),
+            seen.s.diagonal().as_slice(),
+            &config,
+        );
+        if absurd.map_err(|(row, e)| self.model.implausible(row, z, e))? {
+            if rows.is_empty() {
+                self.predicted = self.belief.clone();
+                return Ok(innovation);
+            }
+            values = samples(&rows);
+            seen = rows_of(&view, &self.model, &self.belief, &rows, &values);
+        }
         let singular = |row: usize| FilterError::SingularInnovation {
             channel: self.model.channel(rows.get(row).copied().unwrap_or(row)),
         };
@@ -234,10 +276,7 @@ impl<M: Method> Filter for DenseFilter<M> {
         let mut cross = self.cross.clone();
         let mut watch = self.watch.clone();
 
-        let mut view = self.method.observe(&self.model, &prior)?;
-        let mut seen = rows_of(&view, &self.model, &prior, &rows, &values);
         let nominal = whiten(&seen.s, &seen.residual).map_err(singular)?;
-        let config = self.model.config;
         let normal = describe(
             &mut innovation,
             &rows,
@@ -256,10 +295,12 @@ impl<M: Method> Filter for DenseFilter<M> {
         innovation.log_likelihood = nominal.log_likelihood;
 
         let mut normal = normal;
+        let mut method = self.method.clone();
         if !innovation.resets.is_empty() {
             for &channel in &innovation.resets {
                 self.reset(&mut prior, &mut cross, channel)?;
             }
+            method.begin(&prior)?;
             view = self.method.observe(&self.model, &prior)?;
             seen = rows_of(&view, &self.model, &prior, &rows, &values);
             for (k, e) in normal.iter_mut().enumerate() {
@@ -272,7 +313,11 @@ impl<M: Method> Filter for DenseFilter<M> {
                 if innovation.resets.contains(&row) {
                     continue;
                 }
-                let factor = robust.inflation(normal[k]);
+                let factor = if watch.distrusts(row) {
+                    NO_SAY
+                } else {
+                    robust.inflation(normal[k])
+                };
                 inflate[k] = seen.s[(k, k)] * (factor - 1.0);
                 innovation.inflation[row] = Some(factor);
                 seen.r[(k, k)] += inflate[k];
@@ -306,22 +351,41 @@ impl<M: Method> Filter for DenseFilter<M> {
                 seen.c = c;
                 seen.residual = residual;
             }
-            apply(
-                &prior,
-                view.root.as_ref(),
-                &seen.c,
-                &seen.r,
-                &seen.residual,
-                config.form,
-            )
-            .map_err(singular)?
+            let committed = method.commit(&prior, &seen.c, &seen.r, &seen.residual);
+            committed
+                .unwrap_or_else(|| {
+                    apply(
+                        &prior,
+                        view.root.as_ref(),
+                        &seen.c,
+                        &seen.r,
+                        &seen.residual,
+                        config.form,
+                    )
+                })
+                .map_err(singular)?
         };
         next.check_finite()?;
+        self.method = method;
         self.belief = next;
         self.predicted = prior;
         self.cross = cross;
         self.watch = watch;
         Ok(innovation)
+    }
+
+    fn widen(&mut self, variance: &[f64]) -> Result<(), FilterError> {
+        self.model.check_widening(variance)?;
+        for (i, v) in variance.iter().enumerate() {
+            self.belief.covariance[(i, i)] += v;
+        }
+        self.method.begin(&self.belief)?;
+        self.predicted = self.belief.clone();
+        Ok(())
+    }
+
+    fn boxed_clone(&self) -> Box<dyn Filter> {
+        Box::new(self.clone())
     }
 
     fn belief(&self) -> &Gaussian {
@@ -347,6 +411,7 @@ impl<M: Method> Filter for DenseFilter<M> {
         }
         let belief = Gaussian::new(belief.mean, belief.covariance)?;
         self.structure = Structure::of(&*self.model.space, &belief.covariance)?.0;
+        self.method.begin(&belief)?;
         self.predicted = belief.clone();
         self.belief = belief;
         self.cross.fill(0.0);

@@ -17,6 +17,7 @@ use crate::error::FilterError;
 use crate::gaussian::{Gaussian, symmetrise};
 
 /// Method of `ekf`.
+#[derive(Clone)]
 pub struct Extended;
 
 impl Method for Extended {
@@ -25,7 +26,7 @@ impl Method for Extended {
     }
 
     fn predict(
-        &self,
+        &mut self,
         model: &mut Model,
         belief: &Gaussian,
         u: &[f64],

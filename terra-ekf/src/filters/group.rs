@@ -2,11 +2,12 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::config::FilterConfig;
+use super::Model;
 use crate::discretise::Steps;
+use crate::error::FilterError;
 use crate::gaussian::{Gaussian, symmetrise};
 use crate::measurement::{Innovation, Measurement};
-use crate::robust::{Watch, describe};
+use crate::robust::{NO_SAY, Watch, describe, drop_absurd};
 use crate::update::{joseph, sequential, whiten};
 
 /// One independent group of states.
@@ -55,34 +56,56 @@ pub(super) fn add_block(whole: &mut DMatrix<f64>, g: &Group, p: &DMatrix<f64>) {
     }
 }
 
-/// The update of one group; `Err(channel)` when its innovation covariance is singular.
+/// The update of one group.
+///
+/// # Errors
+/// [`FilterError::SingularInnovation`], [`FilterError::Implausible`].
 pub(super) fn update_group(
     g: &Group,
     z: &Measurement,
     offset: &DVector<f64>,
-    config: &FilterConfig,
+    model: &Model,
     watch: &mut Watch,
     innovation: &mut Innovation,
-) -> Result<Belief, usize> {
+) -> Result<Belief, FilterError> {
+    let config = &model.config;
     let mut now = g.now.clone();
-    let at: Vec<usize> = (0..g.channels.len())
-        .filter(|&k| z.get(g.channels[k]).is_some())
-        .collect();
-    let rows: Vec<usize> = at.iter().map(|&k| g.channels[k]).collect();
+    let mut rows: Vec<usize> = g.channels.clone();
+    rows.retain(|&i| z.get(i).is_some());
     now.predicted = (now.mean.clone(), now.p.clone());
+    let see = |rows: &[usize]| {
+        let at: Vec<usize> = (0..g.channels.len())
+            .filter(|&k| rows.contains(&g.channels[k]))
+            .collect();
+        let c = g.c.select_rows(&at);
+        let r = g.r.select_rows(&at).select_columns(&at);
+        let values = DVector::from_iterator(
+            rows.len(),
+            rows.iter().filter_map(|&i| z.get(i).map(|v| v - offset[i])),
+        );
+        let residual = values - &c * &now.mean;
+        let mut s = &c * &now.p * c.transpose() + &r;
+        symmetrise(&mut s);
+        (c, r, residual, s)
+    };
+    let (mut c, mut r, mut residual, mut s) = see(&rows);
+    let absurd = drop_absurd(
+        innovation,
+        &mut rows,
+        residual.as_slice(),
+        s.diagonal().as_slice(),
+        config,
+    );
+    if absurd.map_err(|(row, e)| model.implausible(row, z, e))? {
+        (c, r, residual, s) = see(&rows);
+    }
     if rows.is_empty() {
         return Ok(now);
     }
-    let c = g.c.select_rows(&at);
-    let mut r = g.r.select_rows(&at).select_columns(&at);
-    let values = DVector::from_iterator(
-        rows.len(),
-        rows.iter().filter_map(|&i| z.get(i).map(|v| v - offset[i])),
-    );
-    let residual = values - &c * &now.mean;
-    let mut s = &c * &now.p * c.transpose() + &r;
-    symmetrise(&mut s);
-    let nominal = whiten(&s, &residual).map_err(|k| rows[k])?;
+    let singular = |k: usize| FilterError::SingularInnovation {
+        channel: model.channel(rows.get(k).copied().unwrap_or(k)),
+    };
+    let nominal = whiten(&s, &residual).map_err(singular)?;
     let mut normal = describe(
         innovation,
         &rows,
@@ -112,7 +135,11 @@ pub(super) fn update_group(
     if let Some(robust) = config.robust {
         for (k, &row) in rows.iter().enumerate() {
             if !reset.contains(&row) {
-                let factor = robust.inflation(normal[k]);
+                let factor = if watch.distrusts(row) {
+                    NO_SAY
+                } else {
+                    robust.inflation(normal[k])
+                };
                 innovation.inflation[row] = Some(factor);
                 r[(k, k)] += s[(k, k)] * (factor - 1.0);
             }
@@ -130,6 +157,6 @@ pub(super) fn update_group(
     } else {
         joseph(&mut now.mean, &mut now.p, &c, &r, &residual)
     }
-    .map_err(|k| rows[k])?;
+    .map_err(singular)?;
     Ok(now)
 }

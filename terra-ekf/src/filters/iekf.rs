@@ -18,6 +18,7 @@ use crate::gaussian::Gaussian;
 use crate::update::joseph;
 
 /// Method of `iekf`.
+#[derive(Clone)]
 pub struct Iterated;
 
 impl Method for Iterated {
@@ -26,7 +27,7 @@ impl Method for Iterated {
     }
 
     fn predict(
-        &self,
+        &mut self,
         model: &mut Model,
         belief: &Gaussian,
         u: &[f64],

@@ -14,6 +14,7 @@ use crate::error::FilterError;
 use crate::gaussian::{Gaussian, symmetrise};
 
 /// Method of `kf`.
+#[derive(Clone)]
 pub struct Linear {
     c: DMatrix<f64>,
     offset: DVector<f64>,
@@ -46,7 +47,7 @@ impl Method for Linear {
     }
 
     fn predict(
-        &self,
+        &mut self,
         model: &mut Model,
         belief: &Gaussian,
         u: &[f64],

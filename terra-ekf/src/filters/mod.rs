@@ -3,14 +3,17 @@
 mod block;
 mod dense;
 mod ekf;
+mod factored;
 mod group;
 mod iekf;
 mod kf;
+mod lanes;
 mod sigma;
 
 pub use block::BlockFilter;
 pub use dense::DenseFilter;
 pub use ekf::Extended;
+pub use factored::{Factor, Factored, SquareRoot, UnitDiagonal};
 pub use iekf::Iterated;
 pub use kf::Linear;
 pub use sigma::SigmaPoint;
@@ -23,9 +26,11 @@ use crate::config::{FilterConfig, UpdateForm};
 use crate::discretise::Steps;
 use crate::error::FilterError;
 use crate::gaussian::{Gaussian, check_covariance};
+use crate::measurement::Measurement;
 use crate::state_space::AnyStateSpace;
 
 /// A state space with its noise, checked once.
+#[derive(Clone)]
 pub struct Model {
     pub(crate) space: Arc<dyn AnyStateSpace>,
     pub(crate) q: DMatrix<f64>,
@@ -112,6 +117,35 @@ impl Model {
             });
         }
         crate::gaussian::check_finite("input", u)
+    }
+
+    /// Variances that may be added to a belief.
+    pub(crate) fn check_widening(&self, variance: &[f64]) -> Result<(), FilterError> {
+        let expected = self.space.dims().state;
+        if variance.len() != expected {
+            return Err(FilterError::Size {
+                what: "added variance",
+                expected,
+                found: variance.len(),
+            });
+        }
+        match variance.iter().find(|v| !(v.is_finite() && **v >= 0.0)) {
+            Some(&value) => Err(FilterError::NotACovariance {
+                what: "added variance",
+                reason: "negative or not finite",
+                value,
+            }),
+            None => Ok(()),
+        }
+    }
+
+    /// The error of a reading `deviations` standard deviations off.
+    pub(crate) fn implausible(&self, row: usize, z: &Measurement, deviations: f64) -> FilterError {
+        FilterError::Implausible {
+            channel: self.channel(row),
+            value: z.get(row).unwrap_or(f64::MAX),
+            deviations,
+        }
     }
 
     /// The name of a channel.

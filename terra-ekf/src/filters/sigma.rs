@@ -23,6 +23,7 @@ use crate::gaussian::{Gaussian, square_root, symmetrise};
 type Moments = (DVector<f64>, DMatrix<f64>, DMatrix<f64>);
 
 /// Method of `ukf` and `ckf`.
+#[derive(Clone)]
 pub struct SigmaPoint {
     name: &'static str,
     /// s: distance of the points in standard deviations.
@@ -103,7 +104,7 @@ impl Method for SigmaPoint {
     }
 
     fn predict(
-        &self,
+        &mut self,
         model: &mut Model,
         belief: &Gaussian,
         u: &[f64],

@@ -1,9 +1,15 @@
 //! Forces from a whole log: the robot's state space, any filter, any mixture of missing samples.
 
+mod clock;
 mod driver;
+mod inputs;
+mod run;
+mod sides;
 mod start;
+mod stuck;
 
 pub use driver::estimate_forces;
+pub use inputs::{INPUT_HOLD, InputState};
 
 use std::ops::Range;
 
@@ -12,14 +18,14 @@ use crate::gaussian::Gaussian;
 use crate::measurement::Innovation;
 use crate::registry::Registry;
 use crate::spaces::LongitudinalRobot;
+use crate::spaces::longitudinal_robot::{CHANNEL_NAMES, CHANNELS};
 
-/// Samples over which a missing torque is held at its last value.
-pub const INPUT_HOLD: usize = 5;
+use terra_model::Vehicle;
 
 /// A log as the filter needs it: plain slices in SI units, one sample a row, `None` where a sample is missing.
 #[derive(Clone, Copy, Debug)]
 pub struct RobotLog<'a> {
-    /// t \[s\], strictly increasing inside a segment.
+    /// t \[s\], increasing inside a segment; rows late by up to [`ForceConfig::late`] are put in their place by replay.
     pub time: &'a [f64],
     /// Rows of each segment: the filter restarts at each. Rows outside every segment are not estimated.
     pub segments: &'a [Range<usize>],
@@ -28,6 +34,10 @@ pub struct RobotLog<'a> {
     /// a_x, w fl fr rl rr, v, r, in the order of [`CHANNEL_NAMES`](crate::spaces::longitudinal_robot::CHANNEL_NAMES);
     /// an empty slice is a channel the log does not have.
     pub channels: [&'a [Option<f64>]; 7],
+    /// Pitch \[rad\], nose-up positive; empty when the log has none: the vehicle's own then holds.
+    pub pitch: &'a [Option<f64>],
+    /// Known extra mass at the centre of mass \[kg\], held from row to row; empty when the log has none.
+    pub payload: &'a [Option<f64>],
 }
 
 /// How a log is run.
@@ -47,6 +57,9 @@ pub struct ForceConfig {
     pub start_wait: usize,
     /// Gap after which the filter starts anew \[s\] (default 1): the torque in between is not known.
     pub restart_gap: f64,
+    /// How late a row may be \[s\] (default .2): the filter goes back to its time and comes forward again over the rows
+    /// since. A clock that steps back further has jumped, and the filter starts anew.
+    pub late: f64,
     /// Where filters are looked up.
     pub registry: Registry,
 }
@@ -65,6 +78,7 @@ impl ForceConfig {
             no_ground_speed: false,
             start_wait: 20,
             restart_gap: 1.0,
+            late: 0.2,
             registry: Registry::builtin(),
         }
     }
@@ -81,7 +95,9 @@ pub enum Flag {
     Reset(Vec<&'static str>),
     /// Channels without which some states cannot be known are absent from the whole segment.
     NotObservable(Vec<&'static str>),
-    /// Channels missing or outside their gate at this row, torques held.
+    /// What is doubtful at this row: channels missing, stuck or outside their gate; torques held or unknown; `pitch`
+    /// held; `time` for a row that is late, a repeated instant, or behind missing rows; `sides` where yaw rate and wheel
+    /// speeds say that left and right are swapped.
     Degraded(Vec<&'static str>),
 }
 
@@ -100,6 +116,19 @@ impl std::fmt::Display for Flag {
             write!(f, "{word}:{}", names.join("+"))
         }
     }
+}
+
+/// Why a reading was not shown to the filter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Dropped {
+    /// The sensor repeats one reading to the last digit although it is a noisy one.
+    Stuck,
+    /// No robot moves like that.
+    Implausible,
+    /// The row repeats the one before, time and all.
+    Duplicate,
+    /// It came too late for an instant before the filter's start.
+    TooLate,
 }
 
 /// The estimate at one row of the log.
@@ -125,8 +154,14 @@ pub struct Step {
     pub innovation: Innovation,
     /// Channels whose sample became the mean of a start, and was not used a second time.
     pub taken: Vec<usize>,
+    /// Readings that the filter was not shown: channel and why.
+    pub dropped: Vec<(usize, Dropped)>,
     /// Torque used at this row \[N m\], held where it was missing.
     pub torque: [f64; 4],
+    /// What is known of it.
+    pub torque_state: [InputState; 4],
+    /// The vehicle at this row: with its payload, on this slope.
+    pub vehicle: Vehicle<f64>,
 }
 
 /// Where the samples went: in = used + rejected + missing.
@@ -134,8 +169,10 @@ pub struct Step {
 pub struct Tally {
     /// Samples inside their gate.
     pub used: usize,
-    /// Samples outside their gate, down-weighted when the update is robust.
+    /// Samples outside their gate, down-weighted when the update is robust, and those that were dropped.
     pub rejected: usize,
+    /// Of these, samples dropped because the sensor was stuck.
+    pub stuck: usize,
     /// Samples that are not there.
     pub missing: usize,
     /// Covariance resets.
@@ -148,7 +185,10 @@ impl Tally {
         let mut tally = [Tally::default(); 7];
         for step in steps {
             for (i, t) in tally.iter_mut().enumerate() {
+                let dropped = step.dropped.iter().find(|d| d.0 == i);
+                t.stuck += usize::from(dropped.is_some_and(|d| d.1 == Dropped::Stuck));
                 match step.innovation.ratio.get(i).copied().flatten() {
+                    _ if dropped.is_some() => t.rejected += 1,
                     Some(ratio) if ratio > 1.0 => t.rejected += 1,
                     Some(_) => t.used += 1,
                     None if step.taken.contains(&i) => t.used += 1,
@@ -159,4 +199,71 @@ impl Tally {
         }
         tally
     }
+}
+
+/// Where the torque samples of one wheel went.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct TorqueTally {
+    /// Samples used.
+    pub used: usize,
+    /// Samples missing and held.
+    pub held: usize,
+    /// Samples missing for longer.
+    pub unknown: usize,
+    /// Times that a torque came back and its resistance started afresh.
+    pub resets: usize,
+}
+
+impl TorqueTally {
+    /// Counts the torque of each wheel over steps.
+    pub fn of(steps: &[Step]) -> [TorqueTally; 4] {
+        let mut tally = [TorqueTally::default(); 4];
+        for step in steps {
+            for (t, state) in tally.iter_mut().zip(step.torque_state) {
+                match state {
+                    InputState::Given => t.used += 1,
+                    InputState::Held => t.held += 1,
+                    InputState::Unknown => t.unknown += 1,
+                    InputState::Returned => {
+                        t.used += 1;
+                        t.resets += 1;
+                    }
+                }
+            }
+        }
+        tally
+    }
+}
+
+/// A reading that did not count in full, as [`rejected`] lists them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rejected {
+    /// Row in the log.
+    pub row: usize,
+    /// Channel by name.
+    pub channel: &'static str,
+    /// |ν| over its standard deviation, where the filter saw the reading.
+    pub deviations: Option<f64>,
+    /// Why the filter was not shown it; `None` for a reading outside its gate.
+    pub dropped: Option<Dropped>,
+}
+
+/// Every reading that did not count in full, in order. `gate` is that of the filter's settings.
+pub fn rejected(steps: &[Step], gate: f64) -> Vec<Rejected> {
+    let mut list = Vec::new();
+    for step in steps {
+        for (i, &channel) in CHANNEL_NAMES.iter().enumerate().take(CHANNELS) {
+            let ratio = step.innovation.ratio.get(i).copied().flatten();
+            let dropped = step.dropped.iter().find(|d| d.0 == i).map(|d| d.1);
+            if dropped.is_some() || ratio.is_some_and(|r| r > 1.0) {
+                list.push(Rejected {
+                    row: step.row,
+                    channel,
+                    deviations: ratio.map(|r| r * gate),
+                    dropped,
+                });
+            }
+        }
+    }
+    list
 }

@@ -1,61 +1,13 @@
-//! Where a segment begins: the first belief, and the torques with their gaps held.
+//! Where a segment begins: the first belief, and the samples of a row.
 
 use nalgebra::DVector;
 
-use super::{INPUT_HOLD, RobotLog};
-use crate::error::FilterError;
+use super::inputs::{Input, InputState};
+use super::{Dropped, RobotLog};
 use crate::gaussian::Gaussian;
 use crate::spaces::LongitudinalRobot;
 use crate::spaces::longitudinal_robot::{CHANNELS, R, STATES, T, V, W, Z_R, Z_V, Z_W};
 use crate::state_space::StateSpace;
-
-const TORQUE_NAMES: [&str; 4] = ["torque_fl", "torque_fr", "torque_rl", "torque_rr"];
-
-/// The name of a wheel's torque in flags and errors.
-pub(super) fn torque_name(wheel: usize) -> &'static str {
-    TORQUE_NAMES.get(wheel).copied().unwrap_or("torque")
-}
-
-/// Torque at each row of `rows`, and whether it is held. A gap at the head is filled with the first value after it.
-///
-/// # Errors
-/// [`FilterError::MissingInput`] when a value is missing for more than [`INPUT_HOLD`] samples.
-pub(super) fn held_torque(
-    log: &RobotLog<'_>,
-    rows: std::ops::Range<usize>,
-    wheel: usize,
-) -> Result<Vec<(f64, bool)>, FilterError> {
-    let at = |row: usize| {
-        log.torque[wheel]
-            .get(row)
-            .copied()
-            .flatten()
-            .filter(|v| v.is_finite())
-    };
-    let missing = |row: usize| FilterError::MissingInput {
-        input: torque_name(wheel).to_owned(),
-        time: log.time.get(row).copied().unwrap_or(f64::NAN),
-        limit: INPUT_HOLD,
-    };
-    let head = rows.clone().take(INPUT_HOLD + 1).find_map(at);
-    let mut last = head.ok_or_else(|| missing(rows.start))?;
-    let mut gap = 0;
-    rows.map(|row| match at(row) {
-        Some(value) => {
-            (last, gap) = (value, 0);
-            Ok((value, false))
-        }
-        None => {
-            gap += 1;
-            if gap > INPUT_HOLD {
-                Err(missing(row))
-            } else {
-                Ok((last, true))
-            }
-        }
-    })
-    .collect()
-}
 
 /// The belief before a segment's first sample, and the channels whose first sample went into it.
 ///
@@ -66,8 +18,9 @@ pub(super) fn first_belief(
     space: &LongitudinalRobot,
     log: &RobotLog<'_>,
     rows: std::ops::Range<usize>,
-    torque: [f64; 4],
+    input: &Input,
     no_ground_speed: bool,
+    skip: &[(usize, Dropped)],
 ) -> (Gaussian, Vec<usize>) {
     let prior = space.prior();
     let noise = space.measurement_noise();
@@ -87,14 +40,15 @@ pub(super) fn first_belief(
                 .get(row)
                 .copied()
                 .flatten()
-                .filter(|v| v.is_finite())
+                .filter(|v| plausible(channel, *v))
         };
         let spread = sd[state].max(noise[(channel, channel)].sqrt());
-        if let Some(value) = at(rows.start) {
+        let first = at(rows.start).filter(|_| skip.iter().all(|d| d.0 != channel));
+        if let Some(value) = first {
             (mean[state], sd[state]) = (value, spread);
             taken.push(channel);
         } else {
-            mean[state] = rows.clone().find_map(at).unwrap_or(0.0);
+            mean[state] = rows.clone().skip(1).find_map(at).unwrap_or(0.0);
             sd[state] = 10.0 * spread;
         }
     }
@@ -105,7 +59,10 @@ pub(super) fn first_belief(
         sd[V] = sd[V].hypot(0.5 * rim);
     }
     for (q, &t) in T.iter().enumerate() {
-        mean[t] = torque[q];
+        mean[t] = input.torque[q];
+        if input.state[q] == InputState::Unknown {
+            sd[t] *= 10.0;
+        }
     }
     (
         Gaussian {
@@ -116,23 +73,23 @@ pub(super) fn first_belief(
     )
 }
 
-/// The sample at a row without the channels in `skip`.
+/// Readings beyond these are none \[m/s², rad/s, m/s, rad/s\]: far outside what a robot can do, and far inside what would
+/// upset the arithmetic.
+const MOST: [f64; CHANNELS] = [1e4, 1e4, 1e4, 1e4, 1e4, 1e3, 1e3];
+
+/// True for a finite reading a robot can have.
+pub(super) fn plausible(channel: usize, value: f64) -> bool {
+    value.abs() <= MOST[channel]
+}
+
+/// The finite readings at a row.
 pub(super) fn sample(
     log: &RobotLog<'_>,
     row: usize,
     no_ground_speed: bool,
-    skip: &[usize],
 ) -> [Option<f64>; CHANNELS] {
     std::array::from_fn(|i| {
-        let absent = skip.contains(&i) || (i == Z_V && no_ground_speed);
-        if absent {
-            None
-        } else {
-            log.channels[i]
-                .get(row)
-                .copied()
-                .flatten()
-                .filter(|v| v.is_finite())
-        }
+        let value = log.channels[i].get(row).copied().flatten();
+        value.filter(|v| v.is_finite() && !(i == Z_V && no_ground_speed))
     })
 }

@@ -4,7 +4,7 @@
 //! v' = (F_L + F_R)/m - g sin(pitch), r' = ((t_w/2)(F_R - F_L) - M_res r)/I_zz, w_q' = (T_q - Tr_q - b_w w_q)/I_w,
 //! Tr_q'' , F_L'', F_R'' white. State [v r | w x4 | (Tr, Tr') x4 | (F_L, F_L') (F_R, F_R')]; measured
 //! [a_x = (F_L + F_R)/m, w x4, v, r]; inputs the four applied torques. Wheels fl, fr, rl, rr. Linear and
-//! time-invariant; v_y r is neglected; normal loads are computed outside, from the estimated a_x.
+//! time-invariant (a pitch that is measured is a fifth input, so that the ground's slope may change); v_y r is neglected; normal loads are computed outside, from the estimated a_x.
 //!
 //! # Reference
 //! L. E. Ray, "Autonomous terrain parameter estimation for wheeled vehicles", SPIE (2008), eqs 1-7.
@@ -137,6 +137,7 @@ impl Default for PriorSpread {
 #[derive(Clone, Copy, Debug)]
 pub struct LongitudinalRobot {
     vehicle: Vehicle<f64>,
+    pitch_input: bool,
     sensors: SensorNoise,
     process: ProcessNoise,
     prior: PriorSpread,
@@ -216,6 +217,7 @@ impl LongitudinalRobot {
         )?;
         Ok(LongitudinalRobot {
             vehicle,
+            pitch_input: false,
             sensors,
             process,
             prior,
@@ -249,6 +251,36 @@ impl LongitudinalRobot {
         )
     }
 
+    /// The same robot with the pitch as its fifth input \[rad\], instead of the vehicle's own.
+    #[must_use]
+    pub fn with_pitch_input(self) -> Self {
+        LongitudinalRobot {
+            pitch_input: true,
+            ..self
+        }
+    }
+
+    /// The same robot with another mass \[kg\]: a payload at its centre of mass.
+    ///
+    /// # Errors
+    /// [`FilterError::Config`] for a mass that is none.
+    pub fn with_mass(self, mass: f64) -> Result<Self, FilterError> {
+        let vehicle = Vehicle {
+            mass,
+            ..self.vehicle
+        };
+        let made = Self::new(vehicle, self.sensors, self.process, self.prior)?;
+        Ok(LongitudinalRobot {
+            pitch_input: self.pitch_input,
+            ..made
+        })
+    }
+
+    /// Whether the pitch is an input.
+    pub fn has_pitch_input(&self) -> bool {
+        self.pitch_input
+    }
+
     /// The vehicle.
     pub fn vehicle(&self) -> &Vehicle<f64> {
         &self.vehicle
@@ -273,7 +305,7 @@ impl StateSpace for LongitudinalRobot {
     fn dims(&self) -> Dims {
         Dims {
             state: STATES,
-            input: 4,
+            input: 4 + usize::from(self.pitch_input),
             measurement: CHANNELS,
         }
     }
@@ -300,12 +332,18 @@ impl StateSpace for LongitudinalRobot {
         ]
     }
     fn input_names(&self) -> &'static [&'static str] {
-        &[
+        const INPUTS: [&str; 5] = [
             "wheel_torque_fl",
             "wheel_torque_fr",
             "wheel_torque_rl",
             "wheel_torque_rr",
-        ]
+            "pitch",
+        ];
+        if self.pitch_input {
+            &INPUTS
+        } else {
+            &INPUTS[..4]
+        }
     }
     fn measurement_names(&self) -> &'static [&'static str] {
         &CHANNEL_NAMES
@@ -313,7 +351,8 @@ impl StateSpace for LongitudinalRobot {
 
     fn rate<S: Scalar>(&self, x: &[S], u: &[f64], rate: &mut [S]) -> Result<(), FilterError> {
         let p = &self.vehicle;
-        rate[V] = (x[F[0]] + x[F[1]]) / p.mass - GRAVITY * p.pitch.sin();
+        let pitch = if self.pitch_input { u[4] } else { p.pitch };
+        rate[V] = (x[F[0]] + x[F[1]]) / p.mass - GRAVITY * pitch.sin();
         rate[R] = ((x[F[1]] - x[F[0]]) * (p.track / 2.0) - x[R] * p.yaw_damping) / p.yaw_inertia;
         for q in 0..4 {
             rate[W[q]] = (-x[T[q]] - x[W[q]] * p.wheel_damping + u[q]) / p.wheel_inertia;

@@ -115,6 +115,8 @@ pub(crate) fn estimate(d: &Drive, z: &[Vec<Option<f64>>; 7], config: &ForceConfi
         segments: &[rows],
         torque: [&torque; 4],
         channels: std::array::from_fn(|i| z[i].as_slice()),
+        pitch: &[],
+        payload: &[],
     };
     estimate_forces(&log, config).unwrap()
 }
