@@ -196,12 +196,10 @@ impl From<GapError> for CliError {
             GapError::NoiseMissing { .. }
             | GapError::Mismatch(_)
             | GapError::Calibration(_)
-            | GapError::Soil(_) => {
-                CliError::Rover {
-                    message,
-                    help: None,
-                }
-            }
+            | GapError::Soil(_) => CliError::Rover {
+                message,
+                help: None,
+            },
             GapError::Option { .. } => CliError::Usage {
                 message,
                 help: None,

@@ -1,9 +1,10 @@
 //! What every wheel of the slots shares: the soil under it and the forces that come out.
 
+use super::NODES;
 use super::pieces::{Node, Pieces};
 use super::pressure::{Layer, Pressure};
 use super::shear::Strength;
-use crate::quadrature::{NODES, power_weights};
+use crate::quadrature::lifted_power_weights;
 use crate::real::{Real, Root};
 
 /// Forces of the ground for one entry angle: N, N m.
@@ -48,7 +49,7 @@ impl<T: Real> Soil<T> {
         strength: Strength<T>,
     ) -> Self {
         Soil {
-            weights: power_weights(pressure.exponent()),
+            weights: lifted_power_weights(pressure.exponent()),
             pressure,
             layers,
             strength,

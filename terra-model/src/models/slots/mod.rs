@@ -21,9 +21,13 @@ mod wheel;
 
 use std::sync::{Arc, OnceLock};
 
+use nalgebra::DMatrix;
+
+use crate::batch::{Batch, BatchForces, Precision};
 use crate::contact::{Contact, Hook};
 use crate::error::ModelError;
 use crate::forces::{Angles, Contributions, Flags, StressProfile, WheelForces};
+use crate::law::guard;
 use crate::model::{AnyModel, ModelAt, Soil};
 use crate::names::nearest;
 use crate::param::Param;
@@ -34,6 +38,9 @@ use contact_state::Sums;
 use pressure::{Layer, PressureKind};
 use shear::ShearKind;
 use wheel::{Wheel, WheelKind};
+
+/// Nodes a piece: as many as the plain wheel has, 1e-11 for the power law.
+const NODES: usize = 16;
 
 /// One combination of slots. All of them are listed once, so that names and parameters live as long as the program.
 struct Combination {
@@ -378,6 +385,26 @@ impl AnyModel for Composed {
     }
     fn hooks(&self) -> &'static [Hook] {
         &self.0.hooks
+    }
+    fn force_slopes(
+        &self,
+        _: &[f64],
+        _: &Contact<f64>,
+    ) -> Result<Option<(WheelForces<f64>, DMatrix<f64>)>, ModelError> {
+        Ok(None)
+    }
+    fn batch(
+        &self,
+        batch: &Batch<'_>,
+        _: Precision,
+        out: &mut BatchForces,
+    ) -> Result<(), ModelError> {
+        batch.check(self.name(), self.params().len())?;
+        batch.one_by_one(out, |p, at| {
+            guard(self.name(), self.params(), p, at)?;
+            self.wheel_forces_at(p, at)
+        });
+        Ok(())
     }
     fn typical_parameters(&self) -> Vec<Vec<f64>> {
         typical::parameters(self.params())

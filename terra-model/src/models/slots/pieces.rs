@@ -8,7 +8,8 @@
 //!
 //! Where a piece ends carries no derivative, because the integrand is continuous there.
 
-use crate::quadrature::{NODES, rule};
+use super::NODES;
+use crate::quadrature::rule;
 use crate::real::{Real, Root};
 
 /// A break nearer to the end than this share of a branch holds less than rounding.
@@ -84,7 +85,7 @@ impl<P: Root> Pieces<P> {
         weights: &[T; NODES],
         mut visit: impl FnMut(Node<T>),
     ) {
-        let rule = rule();
+        let rule = rule::<NODES>();
         let one = P::one();
         let first = self.ends[0];
         let whole = !first.any_lt(one);
@@ -118,7 +119,7 @@ impl<P: Root> Pieces<P> {
         if !low.any_lt(high) {
             return;
         }
-        let rule = rule();
+        let rule = rule::<NODES>();
         let ratio = high / low;
         let growing = ratio.max_lane().ln() / 4.0_f64.ln();
         let dense = if self.dense {
@@ -133,7 +134,7 @@ impl<P: Root> Pieces<P> {
         let mut start = low;
         for k in 1..=count {
             let end = if k == count { high } else { start * factor };
-            for (x, w) in rule.nodes.iter().zip(&rule.weights) {
+            for (x, w) in rule.nodes.iter().zip(&rule.weights).take(NODES) {
                 let weight = T::from_primal((end - start) * *w);
                 visit(Node {
                     u: T::from_primal(start + (end - start) * *x),

@@ -431,7 +431,7 @@ fn the_symmetric_apex_flatters_sand() {
 #[test]
 fn linear_closed_forms_are_the_integrals_of_their_stresses() {
     let sand = soil("dry_sand");
-    let gauss = crate::quadrature::rule();
+    let gauss = crate::quadrature::rule::<{ super::NODES }>();
     for (name, p) in [
         ("linear-stress", sand.clone()),
         ("linear-stress-symmetric", sand[..6].to_vec()),
@@ -466,7 +466,7 @@ fn linear_closed_forms_are_the_integrals_of_their_stresses() {
                     (0.0, 0.0),
                 ),
             ] {
-                for (x, w) in gauss.nodes.iter().zip(&gauss.weights) {
+                for (x, w) in gauss.nodes.iter().zip(&gauss.weights).take(super::NODES) {
                     let (sin, cos) = (from + (to - from) * x).sin_cos();
                     let sigma = start.0 + (end.0 - start.0) * x;
                     let tau = start.1 + (end.1 - start.1) * x;
