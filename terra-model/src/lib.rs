@@ -22,7 +22,9 @@
 //!
 //! # Accuracy
 //! The Wong-Reece wheel agrees with a 30-digit computation to 1e-11 in entry angle, pull and torque, and with adaptive
-//! quadrature to 2e-8 with effects inside the integral, locked wheels and a shear modulus of .2 mm included.
+//! quadrature to 2e-8 with effects inside the integral, locked wheels and a shear modulus of .2 mm included. Alone it is
+//! solved by sixteen nodes a branch ([`models::Accuracy::Fine`], 1e-12 driving), in a [`Batch`] by eight (1e-7) or in single
+//! precision (1e-5); a [`ForceMap`] carries the error it was found to have.
 //!
 //! ```
 //! use terra_model::{Contact, ForceLaw, Registry, catalogue};
@@ -69,7 +71,7 @@ pub use forces::{Angles, Contributions, Flags, StressPoint, StressProfile, Wheel
 pub use lanes::{Lanes, Lanes32, Vector};
 pub use law::{ForceLaw, Law, Scalar};
 pub use maps::{ForceMap, MapError, MapRange, MapSlopes};
-pub use model::{AnyModel, ModelAt, Soil, TerrainModel};
+pub use model::{AnyModel, ForceSlopes, ModelAt, Soil, TerrainModel};
 pub use names::nearest;
 pub use param::{Param, Scale};
 pub use real::{Real, Root};

@@ -40,6 +40,9 @@ impl<T> Soil<T> {
     }
 }
 
+/// Forces with their Jacobian.
+pub type ForceSlopes = (WheelForces<f64>, DMatrix<f64>);
+
 /// What an author writes: one generic function from parameters and contact to forces.
 ///
 /// Everything else (exact Jacobian, estimators, command-line name, table row) follows from it.
@@ -67,11 +70,7 @@ pub trait TerrainModel: Default + Send + Sync + 'static {
     ///
     /// # Errors
     /// As [`wheel_forces`](Self::wheel_forces).
-    fn slopes(
-        &self,
-        p: &[f64],
-        at: &Contact<f64>,
-    ) -> Result<Option<(WheelForces<f64>, DMatrix<f64>)>, ModelError> {
+    fn slopes(&self, p: &[f64], at: &Contact<f64>) -> Result<Option<ForceSlopes>, ModelError> {
         let _ = (p, at);
         Ok(None)
     }
@@ -157,11 +156,8 @@ pub trait AnyModel: ModelAt<f64> + ModelAt<Dual8> + ModelAt<Dual16> + ModelAt<La
     ///
     /// # Errors
     /// As there.
-    fn force_slopes(
-        &self,
-        p: &[f64],
-        at: &Contact<f64>,
-    ) -> Result<Option<(WheelForces<f64>, DMatrix<f64>)>, ModelError>;
+    fn force_slopes(&self, p: &[f64], at: &Contact<f64>)
+    -> Result<Option<ForceSlopes>, ModelError>;
     /// See [`TerrainModel::forces_batch`].
     ///
     /// # Errors
@@ -206,7 +202,7 @@ impl<M: TerrainModel> AnyModel for M {
         &self,
         p: &[f64],
         at: &Contact<f64>,
-    ) -> Result<Option<(WheelForces<f64>, DMatrix<f64>)>, ModelError> {
+    ) -> Result<Option<ForceSlopes>, ModelError> {
         self.slopes(p, at)
     }
     fn batch(

@@ -4,7 +4,8 @@
 //! The reference is a second quadrature that shares nothing with the library: Gauss-Jacobi nodes for the weight u^n and
 //! Gauss-Legendre nodes for the rest, on each branch alone, and a bisected root.
 
-#![allow(clippy::unwrap_used, clippy::panic)]
+// The errors found are worth reading beside the bounds.
+#![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout)]
 
 use std::num::NonZeroUsize;
 

@@ -26,13 +26,11 @@ mod slopes;
 mod solve;
 mod wheel;
 
-use nalgebra::DMatrix;
-
 use crate::batch::{Batch, BatchForces, Precision};
 use crate::contact::{Contact, Hook};
 use crate::error::ModelError;
 use crate::forces::{Angles, Flags, StressProfile, WheelForces};
-use crate::model::{Soil, TerrainModel};
+use crate::model::{ForceSlopes, Soil, TerrainModel};
 use crate::models::bekker::{self, Ground};
 use crate::param::Param;
 use crate::real::{Real, Root};
@@ -48,7 +46,7 @@ const FINE: usize = 16;
 pub enum Accuracy {
     /// Eight nodes a branch: 1e-7. What a batch computes.
     Default,
-    /// Sixteen: 1e-11. What `wong-reece` computes.
+    /// Sixteen: 1e-11. What `wong-reece` itself computes.
     #[default]
     Fine,
     /// Twenty-four: 1e-12, where two independent quadratures agree.
@@ -136,7 +134,7 @@ impl WongReece {
         Ok(Self::named(&wheel, at, entry, integrals))
     }
 
-    /// As [`TerrainModel::wheel_forces`], by the rule of a tier and without the hooks' rare cases.
+    /// As [`TerrainModel::wheel_forces`], by the rule of a tier. A sideways slip has one rule only.
     ///
     /// # Errors
     /// As there.
@@ -205,11 +203,7 @@ impl TerrainModel for WongReece {
         Ok(Self::named(&wheel, at, entry, integrals))
     }
 
-    fn slopes(
-        &self,
-        p: &[f64],
-        at: &Contact<f64>,
-    ) -> Result<Option<(WheelForces<f64>, DMatrix<f64>)>, ModelError> {
+    fn slopes(&self, p: &[f64], at: &Contact<f64>) -> Result<Option<ForceSlopes>, ModelError> {
         slopes::slopes(p, at)
     }
 

@@ -30,9 +30,6 @@ pub(super) struct Partials<P> {
     by: [[P; 4]; VARIABLES + 1],
 }
 
-/// A function of a branch and its point.
-type OverBranches<'f, V> = &'f dyn Fn(usize, &Point<V>) -> V;
-
 /// A change of one node: of the normal stress, of m, and for each branch of E, θ and its length.
 struct Change<V> {
     sigma: V,
@@ -65,12 +62,14 @@ impl<P: Root, const ORDER: usize> Integrator<'_, P, ORDER> {
             let m = sigma.mul_add(s.tan_friction, s.cohesion * plain);
 
             // Sums over the branches of (cos, sin) and of E (cos, sin, 1).
-            let over = |g: OverBranches<'_, P::Nodes>| g(0, &points[0]) + g(1, &points[1]);
-            let cos = over(&|k, p| lengths[k] * p.cos);
-            let sin = over(&|k, p| lengths[k] * p.sin);
-            let up = over(&|k, p| lengths[k] * p.mobilised * p.sin);
-            let along = over(&|k, p| lengths[k] * p.mobilised * p.cos);
-            let all = over(&|k, p| lengths[k] * p.mobilised);
+            let (cos_f, cos_b) = (lengths[0] * f.cos, lengths[1] * b.cos);
+            let (sin_f, sin_b) = (lengths[0] * f.sin, lengths[1] * b.sin);
+            let (e_f, e_b) = (f.mobilised, b.mobilised);
+            let cos = cos_f + cos_b;
+            let sin = sin_f + sin_b;
+            let up = e_f.mul_add(sin_f, e_b * sin_b);
+            let along = e_f.mul_add(cos_f, e_b * cos_b);
+            let all = e_f.mul_add(lengths[0], e_b * lengths[1]);
             value[0] += sigma.mul_add(cos, m * up);
             value[1] += m * along;
             value[2] += sigma * sin;

@@ -6,13 +6,10 @@ use super::gradient::{APEX, COHESION, EXPONENT, FRICTION, PER_MODULUS, SCALE, SL
 use super::{COARSE, FINE, WongReece, solve};
 use crate::contact::Contact;
 use crate::error::ModelError;
-use crate::forces::WheelForces;
+use crate::model::ForceSlopes;
 
 /// Forces, and their derivatives in the eight parameters, slip and load; none where the contact has a sideways slip.
-pub(super) fn slopes(
-    p: &[f64],
-    at: &Contact<f64>,
-) -> Result<Option<(WheelForces<f64>, DMatrix<f64>)>, ModelError> {
+pub(super) fn slopes(p: &[f64], at: &Contact<f64>) -> Result<Option<ForceSlopes>, ModelError> {
     let wheel = WongReece::wheel(p, at)?;
     let &[_, _, _, _, friction, modulus, _, c2] = p else {
         return Ok(None);

@@ -60,19 +60,17 @@ fn iterate<P: Root, const COARSE: usize, const FINE: usize>(
             .compaction_guess(load, primal.radius, primal.width)
             .ln(),
     };
-    if warm.is_none() {
-        let coarse = Integrator::<P, COARSE>::new(primal, stress);
-        let newton = Cell::new(None);
-        let root = search.root(start, |entry| {
-            let (w, slope) = coarse.at(entry).load(entry);
-            newton.set(Some((w, slope)));
-            (w * area, slope * area)
-        });
-        // Whether there is an equilibrium is the longer rule's to say.
-        if let (Ok(root), Some((w, slope))) = (root, newton.take()) {
-            start = root + (load / area - w) / slope;
-            search.feasible = true;
-        }
+    let coarse = Integrator::<P, COARSE>::new(primal, stress);
+    let newton = Cell::new(None);
+    let root = search.root(start, |entry| {
+        let (w, slope) = coarse.at(entry).load(entry);
+        newton.set(Some((w, slope)));
+        (w * area, slope * area)
+    });
+    // Whether there is an equilibrium is the longer rule's to say.
+    if let (Ok(root), Some((w, slope))) = (root, newton.take()) {
+        start = root + (load / area - w) / slope;
+        search.feasible = true;
     }
     search.tolerance = if primal.braking { BRAKING } else { DRIVING };
     let fine = Integrator::<P, FINE>::new(primal, stress);
