@@ -176,13 +176,23 @@ fn any_model_in_the_simulator() {
             condition: String::new(),
             pass: 1,
         };
+        let soil = terra::model::catalogue::find("dry_sand").unwrap();
+        let start = match soil.parameters(&**model) {
+            Ok(_) => terra::data::Start::Id("dry_sand".to_owned()),
+            Err(_) => {
+                let names = model.params().iter().map(|p| p.name.to_owned());
+                terra::data::Start::Values(
+                    names.zip(model.typical_parameters().remove(0)).collect(),
+                )
+            }
+        };
         let scenario = Scenario {
             seed: 1,
             run: 0,
             rover: String::new(),
             rate: 0.0,
-            left: terra::data::Start::Id("dry_sand".to_owned()),
-            right: terra::data::Start::Id("dry_sand".to_owned()),
+            left: start.clone(),
+            right: start,
             model: model.name().to_owned(),
             noise_scale: 1.0,
             segments: vec![],

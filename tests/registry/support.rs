@@ -17,11 +17,16 @@ pub(crate) fn contact(slip: f64, load: f64) -> Contact<f64> {
 
 /// Three soils that carry a 100 kg robot and pull differently.
 pub(crate) fn soils(law: &Arc<Law>) -> HypothesisSet {
-    let hypotheses = ["dry_sand", "lean_clay_22", "upland_sandy_loam"].map(|id| {
+    let own = law.model().typical_parameters();
+    let ids = ["dry_sand", "lean_clay_22", "upland_sandy_loam"];
+    let mut place = 0;
+    let hypotheses = ids.map(|id| {
+        // A model that the catalogue knows no soils for has typical ones of its own.
         let mut parameters = catalogue::find(id)
             .unwrap()
             .parameters(law.model())
-            .unwrap();
+            .unwrap_or_else(|_| own[place].clone());
+        place += 1;
         parameters.resize(law.params().len(), 0.0);
         Hypothesis {
             id: id.to_owned(),

@@ -76,7 +76,7 @@ impl TerrainModel for BekkerCompaction {
         let k = quantity(Self::NAME, "k_c/b + k_phi", k, Must::BePositive)?;
         let n = get("sinkage_exponent", Must::BeFinite)? + hooks.sinkage_exponent;
         let n = quantity(Self::NAME, "sinkage_exponent", n, Must::BePositive)?;
-        if !(n.primal().max_lane() < LARGEST_EXPONENT) {
+        if n.primal().max_lane() >= LARGEST_EXPONENT {
             return Err(ModelError::Parameter {
                 model: Self::NAME,
                 parameter: "sinkage_exponent",

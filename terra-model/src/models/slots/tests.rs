@@ -113,12 +113,6 @@ fn scm_column_has_the_figures_of_its_closed_form() {
         (0.9, 146.010_659, 45.922_439),
     ] {
         let f = law.forces(&p, &at(slip, 245.25)).unwrap();
-        println!(
-            "{slip} {} {} {}",
-            f.drawbar_pull,
-            f.resistive_torque,
-            f.angles.unwrap().entry
-        );
         assert!(
             (f.drawbar_pull - pull).abs() < 1e-3 * 245.25,
             "{} at {slip}",
