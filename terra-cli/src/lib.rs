@@ -4,6 +4,7 @@
 
 mod args;
 pub mod campaign;
+pub mod challenge;
 mod commands;
 mod error;
 mod identify;

@@ -1,6 +1,7 @@
 //! One file a command.
 
 mod campaign;
+mod challenge;
 mod demo;
 mod estimate;
 mod gap;
@@ -11,7 +12,7 @@ mod wheel;
 
 use clap::CommandFactory;
 
-use crate::args::{Args, Campaign, Command};
+use crate::args::{Args, Campaign, Challenge, Command};
 use crate::error::CliError;
 use crate::output;
 
@@ -53,6 +54,11 @@ pub(crate) fn dispatch(args: Args) -> Result<(), CliError> {
             terrains,
             json,
         }) => campaign::run_ramps(&terrains, runs as usize, seed, json.as_deref(), quiet),
+        Command::Challenge(Challenge::Make(args)) => challenge::run_make(&args, quiet),
+        Command::Challenge(Challenge::Score(args)) => challenge::run_score(&args, quiet),
+        Command::Challenge(Challenge::Reveal { key, folder }) => {
+            challenge::run_reveal(&key, &folder)
+        }
         Command::Completions { shell } => {
             let mut text = Vec::new();
             clap_complete::generate(shell, &mut Args::command(), "terra", &mut text);
