@@ -109,6 +109,26 @@ pub(crate) enum Command {
     /// Sealed blind cases: logs whose cause is withheld, and their marking.
     #[command(subcommand)]
     Challenge(Challenge),
+    /// A grid of runs: deterministic, resumable, in shards.
+    Sweep {
+        /// Plan (TOML).
+        plan: PathBuf,
+        /// Only shard i of n, from 1.
+        #[arg(long, value_name = "i/n")]
+        shard: Option<String>,
+        /// JSON lines to write; a file that stopped halfway is gone on with.
+        #[arg(long)]
+        out: PathBuf,
+    },
+    /// Joins the shards of a sweep into the bytes of an unsharded run.
+    Merge {
+        /// Shards, in any order.
+        #[arg(required = true)]
+        files: Vec<PathBuf>,
+        /// File to write (standard output when absent).
+        #[arg(long)]
+        out: Option<PathBuf>,
+    },
     /// Shell completions.
     Completions {
         /// Shell.

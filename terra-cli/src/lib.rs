@@ -14,6 +14,7 @@ mod progress;
 pub mod report;
 mod robot;
 mod start;
+mod sweep;
 
 use std::process::ExitCode;
 

@@ -8,6 +8,7 @@ mod gap;
 mod identify;
 mod lists;
 mod simulate;
+mod sweep;
 mod wheel;
 
 use clap::CommandFactory;
@@ -59,6 +60,8 @@ pub(crate) fn dispatch(args: Args) -> Result<(), CliError> {
         Command::Challenge(Challenge::Reveal { key, folder }) => {
             challenge::run_reveal(&key, &folder)
         }
+        Command::Sweep { plan, shard, out } => sweep::run(&plan, shard.as_deref(), &out, quiet),
+        Command::Merge { files, out } => sweep::merge(&files, out.as_deref()),
         Command::Completions { shell } => {
             let mut text = Vec::new();
             clap_complete::generate(shell, &mut Args::command(), "terra", &mut text);
