@@ -77,6 +77,7 @@ pub(crate) fn execute(
         }
         file.append(&text)?;
         if let Some(e) = failure {
+            file.give_up();
             return Err(e);
         }
     }

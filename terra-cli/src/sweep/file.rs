@@ -172,6 +172,14 @@ impl Growing {
         outcome.map_err(|reason| self.failed(reason))
     }
 
+    /// A run could not be made at all: what is there stays, an empty file does not.
+    pub(crate) fn give_up(self) {
+        if fs::metadata(&self.part).is_ok_and(|about| about.len() == 0) {
+            // The error that led here is the one to tell.
+            let _ = fs::remove_file(&self.part);
+        }
+    }
+
     /// All runs are there: the file gets its name.
     ///
     /// # Errors

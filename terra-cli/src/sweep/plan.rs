@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use serde_json::{Map, Value as Json};
-use terra_data::{Rover, read_rover};
-use terra_model::nearest;
+use terra_data::{Rover, Start, read_rover};
+use terra_model::{Registry, catalogue, nearest};
 use terra_sim::Scenario;
 use toml::de::{DeTable, DeValue};
 use toml::{Spanned, Table, Value};
@@ -212,11 +212,14 @@ impl Plan {
         if points.is_none() {
             return Err(source.error(at("vary"), format!("more than {MAX_RUNS} runs")));
         }
+        let registry = Registry::builtin();
+        known(&base, &registry).map_err(|e| e.within(&plan.scenario_file))?;
         for axis in &plan.axes {
             for value in &axis.values {
                 let mut table = plan.scenario.clone();
                 set(&mut table, &axis.key, value)
                     .and_then(|()| plan.parse(&table).map_err(|e| e.to_string()))
+                    .and_then(|scenario| known(&scenario, &registry).map_err(|e| e.to_string()))
                     .map_err(|why| {
                         source.error(axis.place, format!("{} = {value}: {why}", axis.key))
                     })?;
@@ -290,6 +293,23 @@ impl Plan {
         })?;
         Ok(Scenario::parse(&text, &name)?)
     }
+}
+
+/// Every name of a scenario is known: a slip of the pen should not be found after hours of runs.
+fn known(scenario: &Scenario, registry: &Registry) -> Result<(), CliError> {
+    registry.model(&scenario.model)?;
+    for soil in [&scenario.left, &scenario.right] {
+        if let Start::Id(id) = soil {
+            catalogue::find(id)?;
+        }
+    }
+    for effect in &scenario.effects {
+        match &effect.form {
+            Some(form) => registry.effect_form(&effect.name, form)?,
+            None => registry.effect(&effect.name)?,
+        };
+    }
+    Ok(())
 }
 
 /// Dotted keys with lists of values, nested tables or not, in the order of the alphabet.
