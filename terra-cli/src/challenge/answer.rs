@@ -140,7 +140,7 @@ impl Verdict {
         .to_owned();
         let mut held = 0.0;
         for (answer, p) in ranked {
-            if held >= SET {
+            if held >= SET || p <= 0.0 {
                 break;
             }
             held += p;

@@ -32,7 +32,7 @@ pub struct Library {
 }
 
 impl Library {
-    /// Everything terra ships: the library, and what the truth simulation has beside it.
+    /// Everything terra ships; what the truth simulation has beside the library joins here.
     ///
     /// A form that the library registers beside the default one is a variant too.
     pub fn builtin() -> Self {

@@ -228,3 +228,149 @@ fn around(start: &Start) -> Value {
         Start::Values(values) => json!(values),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use terra_model::{Channel, Effect, Param, Real, Registry, Scale, Scope, Touch};
+
+    use super::*;
+
+    const SHARE: &[Param] = &[Param {
+        name: "magnitude",
+        symbol: "e",
+        unit: "1",
+        min: 0.0,
+        max: 5.0,
+        scale: Scale::Linear,
+        prior_sd: 0.2,
+        doc: "share",
+    }];
+
+    /// A load cell that no diagnosis knows of: it reads squares.
+    #[derive(Default)]
+    struct BentCell;
+
+    impl Effect for BentCell {
+        const NAME: &'static str = "bent-cell";
+        const SUMMARY: &'static str = "the load cell is bent";
+        const PARAMS: &'static [Param] = SHARE;
+        const REFERENCE: &'static str = "chosen form and prior";
+        const TOUCHES: &'static [Touch] = &[Touch::Sensor];
+        const SCOPE: Scope = Scope::Rig;
+        const REGIME: &'static str = "pull only";
+        const ISOLATED_BY: &'static str = "a known weight";
+
+        fn report<T: Real>(&self, e: &[T], channel: Channel, truth: T, _rate: T) -> T {
+            if channel == Channel::DrawbarPull {
+                truth + e[0] * truth * truth * 0.05
+            } else {
+                truth
+            }
+        }
+    }
+
+    /// The gain of the load cell by another formula.
+    #[derive(Default)]
+    struct OtherGain;
+
+    impl Effect for OtherGain {
+        const NAME: &'static str = "drawbar-gain";
+        const FORM: &'static str = "other";
+        const SUMMARY: &'static str = "the load cell is off by a factor";
+        const PARAMS: &'static [Param] = SHARE;
+        const REFERENCE: &'static str = "chosen form and prior";
+        const TOUCHES: &'static [Touch] = &[Touch::Sensor];
+        const SCOPE: Scope = Scope::Rig;
+        const REGIME: &'static str = "pull only";
+        const ISOLATED_BY: &'static str = "a known weight";
+
+        fn report<T: Real>(&self, e: &[T], channel: Channel, truth: T, _rate: T) -> T {
+            if channel == Channel::DrawbarPull {
+                truth * (e[0] * 2.0 + 1.0)
+            } else {
+                truth
+            }
+        }
+    }
+
+    fn made(
+        library: &Library,
+        kinds: &str,
+        n: usize,
+    ) -> Result<(Challenge, Vec<MadeCase>), CliError> {
+        let mut cases = vec![];
+        let shares = Shares::parse(kinds)?;
+        let challenge = make(
+            &Design::named("rig")?,
+            library,
+            shares,
+            n,
+            9,
+            &|| (),
+            &mut |case| {
+                cases.push(case.clone());
+                Ok(())
+            },
+        )?;
+        Ok((challenge, cases))
+    }
+
+    /// Effects of the generator alone join with one line each and are drawn under their kind; without any, asking is an
+    /// error.
+    #[test]
+    fn the_generators_own_effects_join_with_one_line() {
+        let bare = Library::new(Registry::builtin());
+        let kinds = "off-library=1,form-variant=1";
+        let library = bare
+            .clone()
+            .with_off_library::<BentCell>()
+            .with_form_variant::<OtherGain>();
+        assert_eq!(library.known(), bare.known());
+        let (challenge, _) = made(&library, kinds, 6).unwrap();
+        for case in &challenge.key.cases {
+            let key = case.read().unwrap();
+            let effect = &key.effects[0];
+            match key.kind.as_str() {
+                "off-library" => {
+                    assert_eq!(effect.name, "bent-cell");
+                    assert_eq!(key.truth(), "unknown");
+                }
+                "form-variant" => {
+                    assert_eq!(
+                        (effect.name.as_str(), effect.form.as_str()),
+                        ("drawbar-gain", "other")
+                    );
+                    assert_eq!(key.truth(), "drawbar-gain");
+                }
+                other => panic!("{other}"),
+            }
+        }
+        assert_eq!(challenge.counts[3].1, 3);
+        assert_eq!(challenge.counts[4].1, 3);
+        let e = made(&bare, "off-library=1", 2).unwrap_err();
+        assert_eq!(e.exit_code(), 2);
+    }
+
+    /// The key alone makes the log again, byte for byte.
+    #[test]
+    fn a_key_makes_its_log_again() {
+        let library = Library::new(Registry::builtin());
+        let (challenge, cases) = made(&library, "none=1,single=2,pair=1", 8).unwrap();
+        let design = Design::of(challenge.key.design.as_ref().unwrap()).unwrap();
+        let text = serde_json::to_string(&challenge.key).unwrap();
+        let key: KeyFile = serde_json::from_str(&text).unwrap();
+        for (sealed, made) in key.cases.iter().zip(&cases) {
+            let scenario = scenario_of(&sealed.read().unwrap(), &design).unwrap();
+            let log = simulate(&scenario, &design.rover, library.registry()).unwrap();
+            assert!(log.bytes().unwrap() == made.log, "{}", made.name);
+            assert_eq!(
+                challenge
+                    .commitment
+                    .lines()
+                    .find(|l| l.starts_with(&made.name))
+                    .unwrap(),
+                format!("{} {}", made.name, digest(sealed))
+            );
+        }
+    }
+}

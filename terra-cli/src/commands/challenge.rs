@@ -18,7 +18,6 @@ use crate::progress::Bar;
 const WRITTEN: Duration = Duration::from_secs(946_684_800);
 
 pub(crate) fn run_make(args: &ChallengeMake, quiet: bool) -> Result<(), CliError> {
-    output::claim(&[Some(&args.key)], &[])?;
     let (out, key) = (resolve(&args.out), resolve(&args.key));
     if key.starts_with(&out) {
         return Err(CliError::usage(
@@ -30,6 +29,7 @@ pub(crate) fn run_make(args: &ChallengeMake, quiet: bool) -> Result<(), CliError
             "put it where those who answer cannot read it",
         ));
     }
+    output::claim(&[Some(&args.key)], &[])?;
     let shares = args
         .kinds
         .as_deref()
