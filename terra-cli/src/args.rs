@@ -106,6 +106,29 @@ pub(crate) enum Command {
     /// How often the answer is right, on many runs with known truth.
     #[command(subcommand)]
     Campaign(Campaign),
+    /// Sealed blind cases: logs whose cause is withheld, and their marking.
+    #[command(subcommand)]
+    Challenge(Challenge),
+    /// A grid of runs: deterministic, resumable, in shards.
+    Sweep {
+        /// Plan (TOML).
+        plan: PathBuf,
+        /// Only shard i of n, from 1.
+        #[arg(long, value_name = "i/n")]
+        shard: Option<String>,
+        /// JSON lines to write; a file that stopped halfway is gone on with.
+        #[arg(long)]
+        out: PathBuf,
+    },
+    /// Joins the shards of a sweep into the bytes of an unsharded run.
+    Merge {
+        /// Shards, in any order.
+        #[arg(required = true)]
+        files: Vec<PathBuf>,
+        /// File to write (standard output when absent).
+        #[arg(long)]
+        out: Option<PathBuf>,
+    },
     /// Shell completions.
     Completions {
         /// Shell.
@@ -258,4 +281,60 @@ pub(crate) struct GapArgs {
     /// HTML report to write.
     #[arg(long, value_name = "FILE")]
     pub(crate) html: Option<PathBuf>,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Challenge {
+    /// Draws cases, simulates their logs, and commits to what is withheld.
+    ///
+    /// Everything is drawn from the seed: whoever knows it knows the answers.
+    Make(ChallengeMake),
+    /// Marks verdicts against the key, beside naive baselines.
+    Score(ChallengeScore),
+    /// Checks every commitment and prints the answers.
+    Reveal {
+        /// Key file.
+        #[arg(long)]
+        key: PathBuf,
+        /// Folder of the challenge.
+        folder: PathBuf,
+    },
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct ChallengeMake {
+    /// ramp, steps, flat, rich, rig, or a scenario file.
+    #[arg(long)]
+    pub(crate) design: String,
+    /// Number of cases.
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    pub(crate) cases: u32,
+    /// Seed of everything that is drawn; a secret.
+    #[arg(long)]
+    pub(crate) seed: u64,
+    /// Folder for the logs, the rover file and the commitments.
+    #[arg(long)]
+    pub(crate) out: PathBuf,
+    /// Key file to write, outside that folder.
+    #[arg(long)]
+    pub(crate) key: PathBuf,
+    /// Shares of the kinds of cases: none=.2,single=.5,pair=.1,off-library=.1,form-variant=.1
+    #[arg(long, value_name = "KIND=SHARE,...")]
+    pub(crate) kinds: Option<String>,
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct ChallengeScore {
+    /// Folder with case_001.json ..., as `terra gap --json` writes them.
+    #[arg(long)]
+    pub(crate) verdicts: PathBuf,
+    /// Key file.
+    #[arg(long)]
+    pub(crate) key: PathBuf,
+    /// JSON to write.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) json: Option<PathBuf>,
+    /// Do not simulate the cases again to see how far the gap truly closed.
+    #[arg(long)]
+    pub(crate) skip_closing: bool,
 }

@@ -4,6 +4,7 @@
 
 mod args;
 pub mod campaign;
+pub mod challenge;
 mod commands;
 mod error;
 mod identify;
@@ -13,6 +14,7 @@ mod progress;
 pub mod report;
 mod robot;
 mod start;
+mod sweep;
 
 use std::process::ExitCode;
 

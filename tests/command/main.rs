@@ -5,6 +5,7 @@
 
 mod bad_input;
 mod cases;
+mod challenge;
 mod demo;
 mod drive;
 mod lists;
@@ -14,4 +15,5 @@ mod rig;
 mod same_bytes;
 mod streams;
 mod support;
+mod sweep;
 mod wheel;

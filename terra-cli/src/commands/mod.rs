@@ -1,17 +1,19 @@
 //! One file a command.
 
 mod campaign;
+mod challenge;
 mod demo;
 mod estimate;
 mod gap;
 mod identify;
 mod lists;
 mod simulate;
+mod sweep;
 mod wheel;
 
 use clap::CommandFactory;
 
-use crate::args::{Args, Campaign, Command};
+use crate::args::{Args, Campaign, Challenge, Command};
 use crate::error::CliError;
 use crate::output;
 
@@ -59,6 +61,13 @@ pub(crate) fn dispatch(args: Args) -> Result<(), CliError> {
             filter,
             json,
         }) => campaign::run_faults(runs as usize, seed, &filter, json.as_deref(), quiet),
+        Command::Challenge(Challenge::Make(args)) => challenge::run_make(&args, quiet),
+        Command::Challenge(Challenge::Score(args)) => challenge::run_score(&args, quiet),
+        Command::Challenge(Challenge::Reveal { key, folder }) => {
+            challenge::run_reveal(&key, &folder)
+        }
+        Command::Sweep { plan, shard, out } => sweep::run(&plan, shard.as_deref(), &out, quiet),
+        Command::Merge { files, out } => sweep::merge(&files, out.as_deref()),
         Command::Completions { shell } => {
             let mut text = Vec::new();
             clap_complete::generate(shell, &mut Args::command(), "terra", &mut text);

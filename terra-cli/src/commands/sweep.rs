@@ -1,0 +1,34 @@
+//! `terra sweep` and `terra merge`.
+
+use std::path::{Path, PathBuf};
+
+use crate::error::CliError;
+use crate::output;
+use crate::progress::Bar;
+use crate::sweep::{self, Plan, Shard};
+
+pub(crate) fn run(
+    path: &Path,
+    shard: Option<&str>,
+    out: &Path,
+    quiet: bool,
+) -> Result<(), CliError> {
+    let shard = shard.map_or(Ok(Shard::ALL), Shard::parse)?;
+    output::claim(&[Some(out)], &[path])?;
+    let plan = Plan::read(path)?;
+    output::claim(&[Some(out)], &[path, &plan.scenario_file, &plan.rover_file])?;
+    let runs = shard.runs(plan.total()).count();
+    let bar = Bar::start(quiet, runs, "running");
+    let left = sweep::execute(&plan, shard, out, &|| bar.step())?;
+    drop(bar);
+    output::stdout(&format!(
+        "{runs} runs in {}, {left} of them now\n",
+        out.display()
+    ))
+}
+
+pub(crate) fn merge(files: &[PathBuf], out: Option<&Path>) -> Result<(), CliError> {
+    let inputs: Vec<&Path> = files.iter().map(PathBuf::as_path).collect();
+    output::claim(&[out], &inputs)?;
+    output::text(out, &sweep::merge(files)?)
+}
