@@ -139,7 +139,7 @@ pub(crate) fn confirm_singles<P: Predictor>(
                     other.resize(h.len(), 1.0);
                     let starts = match setup.kind {
                         LogKind::Rig => vec![near, off, other],
-                        LogKind::Drive => vec![near],
+                        LogKind::Drive | LogKind::Kinematic => vec![near],
                     };
                     weigh(data, predictor, &h, levels, &starts).ok()
                 })
@@ -238,7 +238,7 @@ pub(crate) fn confirm_pairs<P: Predictor>(
             }
             let starts = match kind {
                 LogKind::Rig => vec![start.clone(), off],
-                LogKind::Drive => vec![start.clone()],
+                LogKind::Drive | LogKind::Kinematic => vec![start.clone()],
             };
             let pair = weigh(data, predictor, &h, levels, &starts).ok()?;
             // A second cause must earn its place against the better of the two alone.

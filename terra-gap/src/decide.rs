@@ -31,7 +31,7 @@ pub(crate) fn decide(ranking: &Ranking, null: &Weighed, kind: LogKind) -> Decisi
         accepted_names: vec![],
     };
     let causes = &ranking.causes;
-    let gated = kind == LogKind::Rig;
+    let gated = kind != LogKind::Drive;
     let null_chi2 = null.chi2_per_value();
     let named: Vec<&Cause> = causes
         .iter()

@@ -170,7 +170,8 @@ mod parquet {
         assert!((log.time[41] - log.time[40] - 0.05).abs() < 1e-9);
     }
 
-    /// Median current of both sides of a run's straight driving and of turning in place, against the published order.
+    /// Median current a side of straight driving, and with the sides turning against each other: the order of the surfaces
+    /// that the data set's own description states.
     #[test]
     fn borealtc_resistance_orders_the_surfaces() {
         let Some(path) = data("borealtc/wheel_service.parquet") else {
@@ -195,7 +196,7 @@ mod parquet {
                         log.wheel_speed[1].get(i)? * 0.165,
                     );
                     let wanted = if turning {
-                        l * r < 0.0 && (l + r).abs() < 0.1 && (l - r).abs() > 0.4
+                        l * r < 0.0
                     } else {
                         l > 0.3 && r > 0.3 && (l - r).abs() < 0.1
                     };
@@ -209,12 +210,13 @@ mod parquet {
         let straight = ["ASPHALT", "ICE", "SNOW"].map(|t| median(t, false));
         let turning = ["ASPHALT", "ICE", "SNOW"].map(|t| median(t, true));
         said(&format!("straight {straight:?}, turning {turning:?}\n"));
+        assert!(straight.iter().chain(&turning).all(|m| m.1 > 200));
         let [asphalt, ice, snow] = straight.map(|m| m.0);
         // Rolling: snow clearly above the two hard surfaces, which are alike.
         assert!(snow > 1.5 * asphalt && snow > 1.5 * ice, "{straight:?}");
         assert!((asphalt - ice).abs() < 0.25 * asphalt, "{straight:?}");
         let [asphalt, ice, snow] = turning.map(|m| m.0);
-        // Turning in place is friction: asphalt grips most, ice least.
+        // Sides against each other is friction: asphalt grips most, ice least.
         assert!(asphalt > snow && snow > ice, "{turning:?}");
     }
 }
