@@ -220,7 +220,7 @@ fn the_measured_husky() {
     let d = ask(&log);
     said(&format!("{:#}\n", to_json(&d, &Provenance::default())));
     // The gap is there and is found in yaw.
-    assert!(d.waterfall.refitted.unwrap() > 4.0);
+    assert!(d.waterfall.as_given.unwrap() > 4.0 && d.waterfall.refitted.unwrap() > 2.0);
     assert!(d.places.iter().any(|p| p.channel == "yaw_rate_rad_s"));
     // It is named, alone or with a partner, and nothing else is.
     assert!(

@@ -34,7 +34,10 @@ pub(crate) fn run(kind: ImportArg, source: &Path, out: &Path) -> Result<(), CliE
 
 /// Chrono's JSON to a catalogue; or a soil that terra knows to Chrono's JSON, when that is what is to be written.
 fn terrain(source: &Path, out: &Path) -> Result<(), CliError> {
-    let json = |path: &Path| path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"));
+    let json = |path: &Path| {
+        path.extension()
+            .is_some_and(|e| e.eq_ignore_ascii_case("json"))
+    };
     if json(out) && !json(source) {
         let soil = catalogue::find(&source.to_string_lossy())?;
         if soil.shear_modulus.is_none() {

@@ -17,7 +17,7 @@ const REACH: usize = 5;
 /// poses.
 ///
 /// # Equation
-/// v, v_y, r: slopes of straight lines through the pose of the surrounding half second, turned into the body's axes;
+/// v, r (and v_y): slopes of straight lines through the pose of the surrounding half second, turned into the body's axes;
 /// never across two windows, whose poses have different origins.
 pub(crate) fn norlab(frame: &Frame) -> Result<ImportedLog, DataError> {
     let window = frame.numbers("window", 1.0)?;
@@ -51,7 +51,7 @@ pub(crate) fn norlab(frame: &Frame) -> Result<ImportedLog, DataError> {
             let (Some(w), Some(s), Some(k)) = (at(&window), at(&step), at(&sample)) else {
                 continue;
             };
-            let (speed, side, turn) = pose.motion(row - start);
+            let (speed, _, turn) = pose.motion(row - start);
             let mut cells = vec![
                 // Windows follow one another: the encoder's held values run on from one into the next.
                 Cell::Number(Some((w * (end - start) as f64 + k) / RATE)),
@@ -64,7 +64,6 @@ pub(crate) fn norlab(frame: &Frame) -> Result<ImportedLog, DataError> {
                 at(&right),
                 speed,
                 turn,
-                side,
                 at(&ax),
                 at(&ay),
             ] {
@@ -84,13 +83,12 @@ pub(crate) fn norlab(frame: &Frame) -> Result<ImportedLog, DataError> {
             "wheel_speed_rr_rad_s",
             "ground_speed_m_s",
             "yaw_rate_rad_s",
-            "lateral_speed_m_s",
             "accel_x_m_s2",
             "accel_y_m_s2",
         ],
         rows,
         notes: vec![
-            "speeds are slopes of the lidar pose over half a second; a segment is one calibration step of about three windows of 2 s; encoders report at 4 Hz and are held between"
+            "speeds are slopes of the lidar pose over half a second; lateral speed is left out, because it depends on where along the vehicle the pose is taken, which the data set does not say; a segment is one calibration step of about three windows of 2 s; encoders report at 4 Hz and are held between"
                 .to_owned(),
         ],
     })
