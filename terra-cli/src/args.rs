@@ -103,6 +103,18 @@ pub(crate) enum Command {
     Identify(IdentifyArgs),
     /// Where does my simulator differ from reality, what causes it, how far does the gap shrink?
     Gap(GapArgs),
+    /// Known data sets and formats to a log.
+    ///
+    /// Example: terra import norlab-drive husky_windows.parquet --out husky.csv
+    Import {
+        /// Which data set or format.
+        kind: ImportArg,
+        /// Its file, or the folder that holds it; for scm-json with a JSON output, a soil of `terra terrains`.
+        source: PathBuf,
+        /// Log to write (CSV); for scm-json a catalogue (CSV) or, from a known soil, Chrono's JSON.
+        #[arg(long)]
+        out: PathBuf,
+    },
     /// How often the answer is right, on many runs with known truth.
     #[command(subcommand)]
     Campaign(Campaign),
@@ -249,6 +261,20 @@ pub(crate) struct IdentifyArgs {
     /// HTML report to write.
     #[arg(long, value_name = "FILE")]
     pub(crate) html: Option<PathBuf>,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum ImportArg {
+    /// Single-wheel trials of Carnegie Mellon University (smooth_straight.csv).
+    CmuSingleWheel,
+    /// Points digitised from published single-wheel tests (points.csv).
+    PublishedSingleWheel,
+    /// Skid-steer windows of a Husky A200 (husky_windows.parquet).
+    NorlabDrive,
+    /// Motor currents of a Husky A200 on three surfaces (wheel_service.parquet).
+    Borealtc,
+    /// A terrain of Chrono's soil contact model.
+    ScmJson,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]

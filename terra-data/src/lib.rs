@@ -30,6 +30,7 @@ mod atomic;
 mod columns;
 mod drive;
 mod error;
+mod import;
 mod kind;
 mod lines;
 mod names;
@@ -55,6 +56,10 @@ pub use atomic::{atomic_write, atomic_write_new};
 pub use columns::{ContractColumn, contract_columns};
 pub use drive::{DriveLog, Segment, WHEELS};
 pub use error::{DataError, Place};
+pub use import::{
+    ImportKind, ImportedLog, import, parse_scm_json, read_scm_json, scm_json, write_terrains,
+    write_terrains_to,
+};
 pub use kind::{LogKind, log_kind, log_kind_from};
 pub use notes::{MissingCells, ReadNotes};
 pub use problem::Problem;

@@ -28,6 +28,14 @@ pub enum Problem {
     /// A compressed file.
     #[error("is compressed ({format}), expected plain text: decompress it first")]
     Compressed { format: &'static str },
+    /// A format whose reader was not built in.
+    #[error(
+        "is a {format} file, which this build cannot read: build it with `--features {feature}` (cargo install terra --features {feature})"
+    )]
+    FormatNotBuilt {
+        format: &'static str,
+        feature: &'static str,
+    },
     /// UTF-16 text.
     #[error("is UTF-16 text, expected UTF-8: save it as UTF-8 (in a spreadsheet: 'CSV UTF-8')")]
     Utf16,

@@ -88,7 +88,7 @@ pub fn write_rig_log_to(out: impl Write, log: &RigLog) -> io::Result<()> {
 }
 
 /// The fewest digits that read back to the same double; empty for a missing or non-finite value.
-fn number(value: Option<f64>) -> String {
+pub(crate) fn number(value: Option<f64>) -> String {
     // `{:?}` has the shortest digits and an exponent where that is shorter; its `.0` is no digit of the value.
     let text = match value {
         Some(v) if v.is_finite() => format!("{v:?}"),

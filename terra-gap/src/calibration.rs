@@ -19,7 +19,7 @@ use crate::settings::LogKind;
 /// How raw evidences become probabilities.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Calibration {
-    /// Kind of design it was made for: `ramp`, `rich` or `rig`.
+    /// Kind of design it was made for: `ramp`, `rich`, `rig` or `kinematic`.
     pub design: String,
     /// T: 1 takes evidences as they are.
     pub temperature: f64,
@@ -118,6 +118,7 @@ impl Calibration {
     pub fn frozen(kind: LogKind, groups: usize) -> Result<Self, GapError> {
         let name = match kind {
             LogKind::Rig => "rig",
+            LogKind::Kinematic => "kinematic",
             LogKind::Drive if groups >= RICH => "rich",
             LogKind::Drive => "ramp",
         };

@@ -63,7 +63,9 @@ fn reason_against(
     let has = |stem: &str| data.channels.iter().any(|c| c.name.starts_with(stem));
     match (effect.scope(), kind) {
         (Scope::Drive, LogKind::Rig) => return Some("shows only on a vehicle".to_owned()),
-        (Scope::Rig, LogKind::Drive) => return Some("shows only on a rig".to_owned()),
+        (Scope::Rig, LogKind::Drive | LogKind::Kinematic) => {
+            return Some("shows only on a rig".to_owned());
+        }
         _ => {}
     }
     if law.effects().iter().any(|e| e.name() == effect.name()) {

@@ -149,6 +149,7 @@ pub(crate) fn confirm_singles<P: Predictor>(
                     let starts = match setup.kind {
                         LogKind::Rig => vec![near, off, other],
                         LogKind::Drive => far_start(&**effect, near),
+                        LogKind::Kinematic => vec![near],
                     };
                     let guess = (setup.kind == LogKind::Drive)
                         .then(|| screen[k].score.beside(&null_weighed.plain.jacobian));
@@ -267,7 +268,7 @@ pub(crate) fn confirm_pairs<P: Predictor>(
             }
             let starts = match kind {
                 LogKind::Rig => vec![start.clone(), off],
-                LogKind::Drive => vec![start.clone()],
+                LogKind::Drive | LogKind::Kinematic => vec![start.clone()],
             };
             let guess = (kind == LogKind::Drive).then_some(guess);
             let pair = weigh(data, predictor, &h, levels, &starts, guess).ok()?;

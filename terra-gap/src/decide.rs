@@ -35,7 +35,7 @@ pub(crate) fn decide(
         accepted_names: vec![],
     };
     let causes = &ranking.causes;
-    let gated = kind == LogKind::Rig;
+    let gated = kind != LogKind::Drive;
     let null_chi2 = null.chi2_per_value();
     let named: Vec<&Cause> = causes
         .iter()

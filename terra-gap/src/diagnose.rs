@@ -80,7 +80,7 @@ pub struct Diagnosis {
 }
 
 impl Diagnosis {
-    fn unidentifiable(
+    pub(crate) fn unidentifiable(
         data: DataSet,
         setup: &Setup<'_>,
         candidates: Candidates,
@@ -203,7 +203,7 @@ fn default_hold_out(data: &DataSet, kind: LogKind) -> HoldOut {
     match (data.groups().len(), kind) {
         (0 | 1, _) => HoldOut::Slip,
         (_, LogKind::Rig) => HoldOut::Trial,
-        (_, LogKind::Drive) => HoldOut::Segment,
+        (_, LogKind::Drive | LogKind::Kinematic) => HoldOut::Segment,
     }
 }
 

@@ -10,7 +10,7 @@
 
 mod read;
 
-pub(crate) use read::from_log;
+pub(crate) use read::{Line, from_log, line};
 
 use terra_model::{
     BodyLoads, Channel, Contact, Law, ModelError, Motion, Root, Scalar, Vehicle, library_slip,
@@ -268,7 +268,7 @@ impl Predictor for DrivePredictor {
     }
 }
 
-fn lift<T: Scalar>(v: &Vehicle<f64>) -> Vehicle<T> {
+pub(crate) fn lift<T: Scalar>(v: &Vehicle<f64>) -> Vehicle<T> {
     Vehicle {
         mass: T::from(v.mass),
         yaw_inertia: T::from(v.yaw_inertia),

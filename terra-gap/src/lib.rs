@@ -21,6 +21,7 @@ mod evidence;
 mod fit;
 mod holdout;
 mod hypothesis;
+mod kinematic;
 mod locate;
 mod mock;
 mod next;
@@ -46,6 +47,9 @@ pub use diagnose::{Diagnosis, Waterfall};
 pub use error::GapError;
 pub use holdout::{HeldOut, HoldOut, Interval};
 pub use hypothesis::Hypothesis;
+pub use kinematic::{
+    KinematicPredictor, SkidSteerCentres, SkidSteerDrag, UniformSlip, diagnose_kinematic,
+};
 pub use locate::Place;
 pub use next::Experiment;
 pub use rig::RigPredictor;

@@ -91,7 +91,7 @@ pub(crate) fn weigh_rivals<P: Predictor>(
         &levels,
         &match setup.kind {
             LogKind::Rig => vec![fitted.x.as_slice().to_vec(), centre.clone()],
-            LogKind::Drive => vec![fitted.x.as_slice().to_vec()],
+            LogKind::Drive | LogKind::Kinematic => vec![fitted.x.as_slice().to_vec()],
         },
         None,
     )?;

@@ -8,6 +8,7 @@ use terra_model::{Law, Registry};
 
 use crate::diagnose::{Diagnosis, diagnose};
 use crate::error::GapError;
+use crate::kinematic::diagnose_kinematic;
 use crate::settings::{LogKind, Settings};
 use crate::setup::Setup;
 use crate::{drive, rig};
@@ -28,7 +29,7 @@ pub fn diagnose_rig(
     Ok((diagnosis, predictor))
 }
 
-/// Diagnoses a drive log.
+/// Diagnoses a drive log; one without torques by its motion alone ([`diagnose_kinematic`]).
 ///
 /// # Errors
 /// A configuration that makes no sense, or a used channel without noise level.
@@ -38,6 +39,9 @@ pub fn diagnose_drive(
     registry: &Registry,
     settings: &Settings,
 ) -> Result<Diagnosis, GapError> {
+    if log.wheel_torque.is_none() {
+        return diagnose_kinematic(log, rover, registry, settings);
+    }
     let (data, predictor) = drive::from_log(log, rover)?;
     let setup = setup(registry, rover, LogKind::Drive)?;
     diagnose(data, &predictor, &setup, settings)

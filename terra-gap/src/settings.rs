@@ -9,6 +9,8 @@ use crate::holdout::HoldOut;
 pub enum LogKind {
     /// A vehicle.
     Drive,
+    /// A vehicle whose log has no torques: its motion alone.
+    Kinematic,
     /// One wheel on a testbed.
     Rig,
 }

@@ -17,7 +17,7 @@ use crate::settings::LogKind;
 pub(crate) fn amplitudes(kind: LogKind) -> &'static [(f64, f64)] {
     match kind {
         LogKind::Rig => &[(0.003, 0.4), (0.01, 0.3), (0.03, 0.2), (0.1, 0.1)],
-        LogKind::Drive => &[(0.0, 1.0)],
+        LogKind::Drive | LogKind::Kinematic => &[(0.0, 1.0)],
     }
 }
 
@@ -25,7 +25,7 @@ pub(crate) fn amplitudes(kind: LogKind) -> &'static [(f64, f64)] {
 pub(crate) fn unknown_amplitudes(kind: LogKind) -> &'static [f64] {
     match kind {
         LogKind::Rig => &[0.2, 0.5, 1.0],
-        LogKind::Drive => &[0.01, 0.03, 0.1, 0.3],
+        LogKind::Drive | LogKind::Kinematic => &[0.01, 0.03, 0.1, 0.3],
     }
 }
 

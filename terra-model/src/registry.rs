@@ -50,6 +50,13 @@ impl Registry {
         self
     }
 
+    /// Adds an effect that is shared with another registry.
+    #[must_use]
+    pub fn with_shared_effect(mut self, effect: Arc<dyn AnyEffect>) -> Self {
+        self.effects.push(effect);
+        self
+    }
+
     /// The models.
     pub fn models(&self) -> &[Arc<dyn AnyModel>] {
         &self.models

@@ -53,8 +53,12 @@ pub(crate) fn run(args: &GapArgs, quiet: bool) -> Result<(), CliError> {
         }
         LogKind::Drive => {
             let log = file.drive(&rover)?;
-            let prior =
-                complete(&mut rover, &Log::Drive(&log), &registry, &terrains).map_err(in_files)?;
+            // A log without torques tells of motion alone: no soil is asked, none is needed.
+            let prior = if log.wheel_torque.is_none() {
+                Prior::Given
+            } else {
+                complete(&mut rover, &Log::Drive(&log), &registry, &terrains).map_err(in_files)?
+            };
             let d = diagnose_drive(&log, &rover, &registry, &settings)
                 .map_err(|e| in_files(e.into()))?;
             (prior, d, None)

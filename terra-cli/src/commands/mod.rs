@@ -6,6 +6,7 @@ mod demo;
 mod estimate;
 mod gap;
 mod identify;
+mod import;
 mod lists;
 mod simulate;
 mod sweep;
@@ -49,6 +50,7 @@ pub(crate) fn dispatch(args: Args) -> Result<(), CliError> {
         } => estimate::run(&log, &rover, &filter, smooth, out.as_deref(), quiet),
         Command::Identify(args) => identify::run(&args, quiet),
         Command::Gap(args) => gap::run(&args, quiet),
+        Command::Import { kind, source, out } => import::run(kind, &source, &out),
         Command::Campaign(Campaign::Ramps {
             runs,
             seed,

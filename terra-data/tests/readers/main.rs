@@ -7,6 +7,7 @@ mod bad_rovers;
 mod cmu;
 mod columns;
 mod good_rovers;
+mod import;
 mod rig;
 mod robust;
 mod round_trip;

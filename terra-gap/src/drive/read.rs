@@ -27,16 +27,21 @@ const CORRELATION: f64 = 0.05;
 const SERIES: usize = 11;
 
 /// Mean, slope and their 1-sigma of one channel over a window.
-struct Line {
-    mean: f64,
-    slope: f64,
-    mean_sd: f64,
-    slope_sd: f64,
+pub(crate) struct Line {
+    pub(crate) mean: f64,
+    pub(crate) slope: f64,
+    pub(crate) mean_sd: f64,
+    pub(crate) slope_sd: f64,
     /// Mean square around the line, in units of the sensor's variance.
-    scatter: f64,
+    pub(crate) scatter: f64,
 }
 
-fn line(time: &[f64], series: &Series, rows: std::ops::Range<usize>, sd: f64) -> Option<Line> {
+pub(crate) fn line(
+    time: &[f64],
+    series: &Series,
+    rows: std::ops::Range<usize>,
+    sd: f64,
+) -> Option<Line> {
     let total = rows.len();
     let points: Vec<(f64, f64)> = rows
         .filter_map(|i| Some((*time.get(i)?, series.get(i)?)))

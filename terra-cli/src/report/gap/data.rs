@@ -13,7 +13,7 @@ pub(super) fn write(s: &mut Section, d: &Diagnosis) {
     s.heading("Data");
     let rows = match d.kind {
         LogKind::Rig => "row",
-        LogKind::Drive => "window",
+        LogKind::Drive | LogKind::Kinematic => "window",
     };
     let groups = d.data.groups().len();
     s.text(format!(

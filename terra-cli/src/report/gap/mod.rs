@@ -24,6 +24,7 @@ pub use curves::{Curve, GapCurves, Panel, Point};
 pub fn gap_section(d: &Diagnosis, curves: Option<&GapCurves>) -> Section {
     let title = match d.kind {
         terra_gap::LogKind::Rig => "The gap between simulator and wheel rig",
+        terra_gap::LogKind::Kinematic => "The gap between simulator and vehicle, by its motion",
         terra_gap::LogKind::Drive => "The gap between simulator and vehicle",
     };
     let mut s = Section::new(title);

@@ -1,0 +1,59 @@
+//! `terra import`: known data sets and formats to a log.
+
+use std::path::Path;
+
+use terra_data::{ImportKind, import, read_scm_json, scm_json, write_terrains};
+use terra_model::catalogue;
+
+use crate::args::ImportArg;
+use crate::error::CliError;
+use crate::output;
+
+pub(crate) fn run(kind: ImportArg, source: &Path, out: &Path) -> Result<(), CliError> {
+    output::claim(&[Some(out)], &[source])?;
+    let kind = match kind {
+        ImportArg::CmuSingleWheel => ImportKind::CmuSingleWheel,
+        ImportArg::PublishedSingleWheel => ImportKind::PublishedSingleWheel,
+        ImportArg::NorlabDrive => ImportKind::NorlabDrive,
+        ImportArg::Borealtc => ImportKind::BorealTc,
+        ImportArg::ScmJson => return terrain(source, out),
+    };
+    let log = import(kind, source)?;
+    log.write(out)?;
+    let mut said = format!(
+        "{}: {} rows, {}\n",
+        out.display(),
+        log.len(),
+        log.header().join(" ")
+    );
+    for note in &log.notes {
+        said.push_str(&format!("note: {note}\n"));
+    }
+    output::stdout(&said)
+}
+
+/// Chrono's JSON to a catalogue; or a soil that terra knows to Chrono's JSON, when that is what is to be written.
+fn terrain(source: &Path, out: &Path) -> Result<(), CliError> {
+    let json = |path: &Path| {
+        path.extension()
+            .is_some_and(|e| e.eq_ignore_ascii_case("json"))
+    };
+    if json(out) && !json(source) {
+        let soil = catalogue::find(&source.to_string_lossy())?;
+        if soil.shear_modulus.is_none() {
+            return Err(CliError::usage(
+                format!("'{}' has no shear modulus, which Chrono needs", soil.id),
+                "`terra terrains` shows which soils have one (K)",
+            ));
+        }
+        return output::json(Some(out), &scm_json(soil));
+    }
+    let soil = read_scm_json(source)?;
+    write_terrains(out, std::slice::from_ref(&soil))?;
+    output::stdout(&format!(
+        "{}: terrain '{}'; use it with hypotheses = \"{}\" in [terrain]\n",
+        out.display(),
+        soil.id,
+        out.display()
+    ))
+}

@@ -1,0 +1,75 @@
+//! Parquet files: flat tables of numbers and text.
+
+use std::path::Path;
+
+use parquet::file::reader::{FileReader, SerializedFileReader};
+use parquet::record::Field;
+
+use super::frame::{Column, Frame};
+use crate::error::{DataError, Origin};
+use crate::problem::Problem;
+use crate::source::open;
+
+/// Reads all columns.
+pub(crate) fn read(path: &Path, origin: &Origin) -> Result<Frame, DataError> {
+    let fail = |e: parquet::errors::ParquetError| {
+        origin.fail_file(Problem::Unreadable {
+            reason: e.to_string(),
+        })
+    };
+    let reader = SerializedFileReader::new(open(path, origin)?).map_err(fail)?;
+    let mut columns: Vec<(String, Column)> = vec![];
+    let mut rows = 0;
+    for row in reader.get_row_iter(None).map_err(fail)? {
+        for (k, (name, field)) in row.map_err(fail)?.get_column_iter().enumerate() {
+            if k == columns.len() {
+                let column = match field {
+                    Field::Str(_) => Column::Text(vec![]),
+                    _ => Column::Number(vec![]),
+                };
+                columns.push((name.clone(), column));
+            }
+            match columns.get_mut(k) {
+                Some((_, Column::Text(cells))) => cells.push(match field {
+                    Field::Str(s) => s.clone(),
+                    Field::Null => String::new(),
+                    other => other.to_string(),
+                }),
+                Some((name, Column::Number(values))) => {
+                    values.push(value(field).ok_or_else(|| {
+                        origin.fail_file(Problem::BadNumber {
+                            column: name.clone(),
+                            found: crate::names::short(&field.to_string()),
+                            expected: "a number",
+                        })
+                    })?);
+                }
+                None => {}
+            }
+        }
+        rows += 1;
+    }
+    Ok(Frame {
+        columns,
+        origin: origin.clone(),
+        rows,
+    })
+}
+
+/// A number, or none for a missing one; `None` for what is no number.
+fn value(field: &Field) -> Option<Option<f64>> {
+    Some(Some(match field {
+        Field::Null => return Some(None),
+        Field::Bool(b) => f64::from(u8::from(*b)),
+        Field::Byte(v) => f64::from(*v),
+        Field::Short(v) => f64::from(*v),
+        Field::Int(v) => f64::from(*v),
+        Field::Long(v) => *v as f64,
+        Field::UByte(v) => f64::from(*v),
+        Field::UShort(v) => f64::from(*v),
+        Field::UInt(v) => f64::from(*v),
+        Field::Float(v) => f64::from(*v),
+        Field::Double(v) => *v,
+        _ => return None,
+    }))
+}

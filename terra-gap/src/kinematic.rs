@@ -1,0 +1,155 @@
+//! Drive logs without torques: a kinematic diagnosis.
+//!
+//! Wheel speeds in, motion out. The nominal simulator is an ideal differential drive on ground with one longitudinal slip,
+//! which is re-fitted as a soil's parameters are where forces are logged. What the wheels push with is not asked, so an
+//! effect takes part only if it has a kinematic reading ([`effects`]).
+//!
+//! # Equation
+//! u_q = R ω_q (1 - i/κ_q), V_s = mean of a side's u_q;
+//! v = (V_r + V_l)/2 - drag, r = (V_r - V_l)/(χ t_w), v_y = x_cg r,
+//! with i the ground's slip, κ_q the stiffness of the ground under the wheel relative to nominal, χ the effective track
+//! over the geometric one, and x_cg the centre of mass ahead of the middle of the axles.
+//!
+//! # Reference
+//! J. L. Martínez, A. Mandow, J. Morales, S. Pedraza, A. García-Cerezo, Int. J. Robotics Research 24(10):867-878, 2005;
+//! A. Mandow et al., Experimental kinematics for wheeled skid-steer mobile robots, IROS 2007 (instantaneous centres of
+//! rotation of the treads, steering efficiency χ).
+
+mod effects;
+mod ground;
+mod predict;
+mod read;
+mod scatter;
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use terra_data::{DriveLog, Rover};
+use terra_mme::{Centre, FitSpace, Priors};
+use terra_model::{Law, Registry};
+
+use crate::candidates::Candidates;
+use crate::dataset::DataSet;
+use crate::diagnose::{Diagnosis, diagnose};
+use crate::error::GapError;
+use crate::settings::{LogKind, Settings};
+use crate::setup::Setup;
+
+pub use effects::{SkidSteerCentres, SkidSteerDrag};
+pub use ground::UniformSlip;
+pub use predict::KinematicPredictor;
+
+/// Fewest windows from which something is said: below it, a scatter between windows cannot be told from an effect.
+const FEWEST: usize = 8;
+/// Yaw rates over their noise, averaged over a window, from which a log holds turns.
+const TURNING: f64 = 5.0;
+
+/// Diagnoses a drive log by its motion alone.
+///
+/// # Errors
+/// A rover file without vehicle, a used channel without noise level, or an unknown effect name.
+pub fn diagnose_kinematic(
+    log: &DriveLog,
+    rover: &Rover,
+    registry: &Registry,
+    settings: &Settings,
+) -> Result<Diagnosis, GapError> {
+    let (known, silent) = effects::readable(registry);
+    let mut settings = settings.clone();
+    if let Some(names) = &mut settings.effects {
+        for name in names.iter() {
+            registry.effect(name)?;
+        }
+        // Those that forces alone would show are reported as not asked, not refused.
+        names.retain(|name| known.effect(name).is_ok());
+    }
+    let law = Law::new(Arc::new(UniformSlip), vec![])?;
+    let start = BTreeMap::from([(ground::SLIP.name.to_owned(), 0.0)]);
+    let soil = FitSpace::new(
+        &law,
+        Centre::Values(&start),
+        &[rover.wheel.width],
+        &Priors::default(),
+    )
+    .map_err(|e| GapError::Soil(e.to_string()))?;
+    let setup = Setup {
+        registry: &known,
+        rover,
+        law,
+        soil: Arc::new(soil),
+        structures: vec![],
+        kind: LogKind::Kinematic,
+    };
+    let (data, predictor) = read::from_log(log, rover)?;
+    let mut found = match refusal(&data, log) {
+        Some(reason) => Diagnosis::unidentifiable(data, &setup, Candidates::default(), reason),
+        None => diagnose(data, &predictor, &setup, &settings)?,
+    };
+    found.not_asked.extend(silent);
+    isolate(&mut found, registry);
+    Ok(found)
+}
+
+/// Why a log can say nothing, and what to record instead.
+fn refusal(data: &DataSet, log: &DriveLog) -> Option<String> {
+    if log.ground_speed.is_none() {
+        return Some(
+            "no ground speed in the log: record ground_speed_m_s (visual odometry, lidar, GNSS), or wheel torques for a diagnosis of forces"
+                .to_owned(),
+        );
+    }
+    if log.yaw_rate.is_none() {
+        return Some(
+            "no yaw rate in the log: without it a turn cannot be seen; record yaw_rate_rad_s (a gyro, or the heading of the odometry)"
+                .to_owned(),
+        );
+    }
+    let count: usize = data.observations.len();
+    if count == 0
+        && data
+            .dropped
+            .keys()
+            .any(|why| why.starts_with(read::STANDSTILL))
+    {
+        return Some(
+            "standstill only: no wheel moves faster than 0.12 m/s; record drives at two speeds, straight and turning both ways"
+                .to_owned(),
+        );
+    }
+    if count < FEWEST {
+        return Some(format!(
+            "too short: {count} usable windows, fewer than {FEWEST}; record at least {FEWEST} windows ([gap] window_s) of driving, straight and turning both ways"
+        ));
+    }
+    let turns = data.observations.iter().any(|o| {
+        let noise = o.raw_sd.get(predict::YAW_RATE).copied().unwrap_or(0.0);
+        let yaw = ["yaw_rate", "measured_yaw_rate"]
+            .iter()
+            .filter_map(|f| o.factors.get(f))
+            .fold(0.0, |most: f64, r| most.max(r.abs()));
+        yaw > TURNING * noise
+    });
+    (!turns).then(|| {
+        "no turning: straight driving shows one ratio of ground speed to wheel speed, which slip, wheel radius and the speed sensor's scale share; record turns both ways at two yaw rates"
+            .to_owned()
+    })
+}
+
+/// Says what would tell apart the causes that no drive can.
+fn isolate(found: &mut Diagnosis, registry: &Registry) {
+    let notes: Vec<String> = found
+        .causes
+        .iter()
+        .filter(|c| found.set.contains(&c.name))
+        .flat_map(|c| {
+            c.indistinguishable_from.iter().filter_map(|other| {
+                let how = registry.effect(other).ok()?.isolated_by();
+                Some(format!(
+                    "{} and {other} move the vehicle alike; only their priors tell them apart here. To be sure: {how}",
+                    c.name
+                ))
+            })
+        })
+        .collect();
+    found.data.notes.extend(notes);
+}

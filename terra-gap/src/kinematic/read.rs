@@ -1,0 +1,202 @@
+//! From a drive log to windows of motion with their noise.
+
+use std::collections::BTreeMap;
+
+use terra_data::{DriveLog, Rover, Series};
+use terra_model::library_slip;
+
+use super::predict::{
+    KinematicPredictor, LATERAL, RAW, SPEED, VALUES, WHEEL, WHEEL_RATE, Window, YAW_RATE,
+};
+use super::scatter::{Place, pairs, scatter};
+use crate::dataset::{ChannelInfo, DataSet, Factors, Observation};
+use crate::drive::{Line, SPEED_GATE, line};
+use crate::error::GapError;
+
+/// How the reason of a standing window begins.
+pub(crate) const STANDSTILL: &str = "standstill";
+
+/// Turns a drive log into windows and their predictor.
+///
+/// # Errors
+/// A rover file without vehicle, or without the noise of a used channel.
+pub(crate) fn from_log(
+    log: &DriveLog,
+    rover: &Rover,
+) -> Result<(DataSet, KinematicPredictor), GapError> {
+    let vehicle = rover.nominal_vehicle().ok_or_else(|| {
+        GapError::Mismatch("a drive log needs [vehicle] in the rover file".to_owned())
+    })?;
+    let noise = |name: &str| {
+        rover.noise.get(name).ok_or_else(|| GapError::NoiseMissing {
+            channel: name.to_owned(),
+            sd_column: format!("{name} (drive logs have no sd columns)"),
+        })
+    };
+    let wheel_sd = noise("wheel_speed_rad_s")?;
+    let mut sources: Vec<(usize, &Series, f64)> = vec![];
+    for (k, name, series) in [
+        (SPEED, "ground_speed_m_s", &log.ground_speed),
+        (YAW_RATE, "yaw_rate_rad_s", &log.yaw_rate),
+        (LATERAL, "lateral_speed_m_s", &log.lateral_speed),
+    ] {
+        if let Some(series) = series {
+            sources.push((k, series, noise(name)?));
+        }
+    }
+    let mut dropped: BTreeMap<String, usize> = BTreeMap::new();
+    let mut windows: Vec<Window> = vec![];
+    let mut observations: Vec<Observation> = vec![];
+    let mut places: Vec<Place> = vec![];
+    let mut path = 0.0;
+    for (group, segment) in log.segments.iter().enumerate() {
+        let mut start = segment.rows.start;
+        while start < segment.rows.end {
+            let t0 = log.time[start];
+            let mut end = start;
+            while end < segment.rows.end && log.time[end] < t0 + rover.gap.window - 1e-9 {
+                end += 1;
+            }
+            let rows = start..end;
+            start = end;
+            let mut drop = |reason: &str| *dropped.entry(reason.to_owned()).or_default() += 1;
+            let wheels: Vec<Line> = log
+                .wheel_speed
+                .iter()
+                .filter_map(|w| line(&log.time, w, rows.clone(), wheel_sd))
+                .collect();
+            if wheels.len() < 4 {
+                drop("window without all wheel speeds");
+                continue;
+            }
+            let (mut raw, mut sd) = ([0.0; RAW], [0.0; RAW]);
+            for (q, w) in wheels.iter().enumerate() {
+                (raw[WHEEL + q], sd[WHEEL + q]) = (w.mean, w.mean_sd);
+                (raw[WHEEL_RATE + q], sd[WHEEL_RATE + q]) = (w.slope, w.slope_sd);
+            }
+            let rims: [f64; 4] = std::array::from_fn(|q| raw[WHEEL + q] * vehicle.wheel_radius);
+            let sides = [0.5 * (rims[0] + rims[2]), 0.5 * (rims[1] + rims[3])];
+            path += 0.5 * (sides[0] + sides[1]).abs() * rover.gap.window;
+            if rims.iter().all(|rim| rim.abs() < SPEED_GATE) {
+                drop("standstill: all wheels below 0.12 m/s");
+                continue;
+            }
+            let mut measured = vec![];
+            for (k, series, channel_sd) in &sources {
+                if let Some(l) = line(&log.time, series, rows.clone(), *channel_sd) {
+                    (raw[*k], sd[*k]) = (l.mean, l.mean_sd);
+                    measured.push(*k);
+                }
+            }
+            if measured.is_empty() {
+                drop("window without ground speed and yaw rate");
+                continue;
+            }
+            let middle = rows.start + rows.len() / 2;
+            let mean = |s: &Option<Series>| s.as_ref().and_then(|s| s.get(middle));
+            let ideal = (sides[1] - sides[0]) / vehicle.track;
+            let yaw = if measured.contains(&YAW_RATE) {
+                raw[YAW_RATE]
+            } else {
+                ideal
+            };
+            let slip = (0..4)
+                .map(|q| {
+                    let arm = if q % 2 == 0 { -0.5 } else { 0.5 } * vehicle.track;
+                    library_slip(rims[q], raw[SPEED] + yaw * arm)
+                })
+                .filter(|s| s.is_finite())
+                .sum::<f64>()
+                / 4.0;
+            let window = Window {
+                raw,
+                measured: measured.clone(),
+                path: mean(&log.distance).unwrap_or(path),
+                time: log.time[middle],
+            };
+            observations.push(Observation {
+                index: windows.len(),
+                group: segment.name.clone(),
+                condition: String::new(),
+                place: format!("t = {:.2} s", log.time[middle]),
+                channels: measured.clone(),
+                values: measured.iter().map(|&k| raw[k]).collect(),
+                raw_sd: sd.to_vec(),
+                factors: Factors::from([
+                    ("slip", slip),
+                    ("speed", 0.5 * (sides[0] + sides[1])),
+                    ("path", window.path),
+                    ("time", window.time),
+                    ("yaw_rate", ideal),
+                    ("measured_yaw_rate", yaw),
+                ]),
+            });
+            windows.push(window);
+            places.push(Place { sides, group });
+        }
+    }
+    let mut data = DataSet {
+        channels: channels(&places, vehicle.track),
+        observations,
+        dropped,
+        notes: vec![
+            "no torques: a kinematic diagnosis, in which [terrain] is not used and the ground is one re-fitted slip"
+                .to_owned(),
+        ],
+        short_scatter: vec![],
+    };
+    add_scatter(&mut data, &windows, &places);
+    Ok((data, KinematicPredictor { vehicle, windows }))
+}
+
+/// The channels, with the motion that typical wheel speeds would ideally give as their scale.
+fn channels(places: &[Place], track: f64) -> Vec<ChannelInfo> {
+    let n = places.len().max(1) as f64;
+    let rms = |f: fn(&Place) -> f64| (places.iter().map(|p| f(p).powi(2)).sum::<f64>() / n).sqrt();
+    let speed = rms(|p| 0.5 * (p.sides[0] + p.sides[1])).max(SPEED_GATE);
+    let yaw = (rms(|p| p.sides[1] - p.sides[0]) / track).max(SPEED_GATE);
+    let all: [(&str, &'static str, f64); VALUES] = [
+        ("ground_speed_m_s", "m/s", speed),
+        ("yaw_rate_rad_s", "rad/s", yaw),
+        ("lateral_speed_m_s", "m/s", speed),
+    ];
+    all.into_iter()
+        .map(|(name, unit, scale)| ChannelInfo {
+            name: name.to_owned(),
+            unit,
+            scale,
+        })
+        .collect()
+}
+
+/// Raises each value's noise to the scatter between repeats, where the log has enough of them.
+fn add_scatter(data: &mut DataSet, windows: &[Window], places: &[Place]) {
+    let pairs = pairs(places);
+    for k in 0..VALUES {
+        let value = |i: usize| {
+            let w: &Window = windows.get(i)?;
+            w.measured.contains(&k).then(|| w.raw[k])
+        };
+        let Some(channel) = data.channels.get(k).cloned() else {
+            continue;
+        };
+        match scatter(&pairs, value) {
+            Some((sd, n)) => {
+                for o in &mut data.observations {
+                    if let Some(own) = o.raw_sd.get_mut(k) {
+                        *own = own.max(sd);
+                    }
+                }
+                data.notes.push(format!(
+                    "scatter of {} between {n} pairs of windows at the same wheel speeds: {sd:.3} {}",
+                    channel.name, channel.unit
+                ));
+            }
+            None if windows.iter().any(|w| w.measured.contains(&k)) => data.notes.push(format!(
+                "too few windows at the same wheel speeds to see the scatter of {}: its noise is the sensor's alone",
+                channel.name
+            )),
+            None => {}
+        }
+    }
+}
