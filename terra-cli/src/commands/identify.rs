@@ -31,6 +31,7 @@ pub(crate) fn run(args: &IdentifyArgs, quiet: bool) -> Result<(), CliError> {
         history: args.history || args.html.is_some(),
         refine: !args.no_refine,
         filter: args.filter.clone(),
+        ..IdentifyOptions::default()
     };
     let registry = Registry::builtin();
     let spinner = Spinner::start(quiet, "weighing soils");

@@ -5,6 +5,7 @@
 //! One vehicle filter is run over the log and its innovations are tested in every window of 50 samples; when they are too
 //! large, systematic errors are weighed together with every soil and offered by name.
 
+use rayon::prelude::*;
 use terra_mme::{
     AlarmRule, EstimatorError, InnovationBank, OFFERED_GAIN, SYSTEMATIC, SystematicCandidate,
     systematic,
@@ -21,6 +22,7 @@ pub(super) fn raise(
     groups: &mut [Group],
     motion: &Motion,
     registry: &Registry,
+    explain: bool,
 ) -> Result<(), CliError> {
     let index = |g: &Group| {
         let hypotheses = motion.maps.hypotheses().hypotheses();
@@ -46,24 +48,26 @@ pub(super) fn raise(
             });
         }
     }
-    if !groups.iter().any(|g| g.consistency.alarm) {
+    if !explain || !groups.iter().any(|g| g.consistency.alarm) {
         return Ok(());
     }
     let effects = SYSTEMATIC
         .iter()
         .map(|name| registry.effect(name))
         .collect::<Result<Vec<_>, _>>()?;
-    let candidates = match systematic(&motion.maps, &motion.plant, &effects, &motion.samples, rule)
-    {
-        Ok(all) => all,
-        // A log on which the search itself cannot run keeps its alarm.
-        Err(EstimatorError::AllInfeasible { .. }) => return Ok(()),
-        Err(e) => return Err(e.into()),
-    };
-    let offered: Vec<SystematicCandidate> = candidates
+    let candidates: Vec<Vec<SystematicCandidate>> = effects
+        .par_iter()
+        .map(|effect| {
+            let one = std::slice::from_ref(effect);
+            systematic(&motion.maps, &motion.plant, one, &motion.samples, rule)
+        })
+        .collect::<Result<_, EstimatorError>>()?;
+    let mut offered: Vec<SystematicCandidate> = candidates
         .into_iter()
+        .flatten()
         .filter(|c| c.log_evidence_gain > OFFERED_GAIN)
         .collect();
+    offered.sort_by(|a, b| b.log_evidence_gain.total_cmp(&a.log_evidence_gain));
     for g in groups.iter_mut().filter(|g| g.consistency.alarm) {
         let reason = g.consistency.reason.take().unwrap_or_default();
         g.consistency.reason = Some(format!("{reason}; {}", sentence(&offered)));

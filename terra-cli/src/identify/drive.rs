@@ -123,7 +123,9 @@ pub fn identify_drive(
             refused = refused.max(n);
         }
     }
-    alarm::raise(&mut groups, &motion, registry)?;
+    if options.check {
+        alarm::raise(&mut groups, &motion, registry, options.explain)?;
+    }
     samples.used -= refused;
     samples.rejected += refused;
     Ok(Identification {

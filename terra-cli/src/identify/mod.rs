@@ -40,6 +40,10 @@ pub struct IdentifyOptions {
     pub history: bool,
     /// Refine the winner's parameters.
     pub refine: bool,
+    /// Hold the winners of a drive against the vehicle's motion.
+    pub check: bool,
+    /// Where that rings, weigh systematic errors together with every soil.
+    pub explain: bool,
     /// Filter of the forces of a drive.
     pub filter: String,
 }
@@ -52,6 +56,8 @@ impl Default for IdentifyOptions {
             join: false,
             history: false,
             refine: true,
+            check: true,
+            explain: true,
             filter: "block".to_owned(),
         }
     }

@@ -1,5 +1,9 @@
 //! Campaigns: many runs with known truth, and how often the answer was right.
 
+mod reproduction;
+
+pub use reproduction::{Figure, reproduction};
+
 use rayon::prelude::*;
 use serde::Serialize;
 use terra_model::{Registry, catalogue};
@@ -74,6 +78,7 @@ pub fn ramps(
     let options = IdentifyOptions {
         history: true,
         refine: false,
+        check: false,
         ..IdentifyOptions::default()
     };
     terrains
