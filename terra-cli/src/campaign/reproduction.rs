@@ -737,3 +737,76 @@ fn mismatch(bench: &Bench) -> Result<Vec<Figure>, CliError> {
     }
     Ok(out)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn bench(soils: &[&str], runs: usize) -> Bench {
+        let registry = Registry::builtin();
+        Bench {
+            rover: paper::light_rover(),
+            law: Arc::new(registry.law("wong-reece").unwrap()),
+            registry,
+            hypotheses: catalogue::set("wong21").unwrap(),
+            soils: soils.iter().map(|s| (*s).to_owned()).collect(),
+            runs,
+            seed: 1,
+        }
+    }
+
+    fn found<'a>(figures: &'a [Figure], case: &str, figure: &str) -> &'a Figure {
+        let wanted = |f: &&Figure| f.case == case && f.figure == figure;
+        figures.iter().find(wanted).unwrap()
+    }
+
+    /// Two draws on the paper's soils: the bank knows every soil after .20 s, side sums do 20 samples later, the
+    /// proportional split never does on all; the same bytes on one thread and on three.
+    #[test]
+    fn the_split_is_flawed_and_the_bank_is_early() {
+        let bench = bench(&["dry_sand", "upland_sandy_loam", "lean_clay_22"], 2);
+        let on = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new()
+                .num_threads(threads)
+                .build()
+                .unwrap();
+            pool.install(|| exact(&bench)).unwrap()
+        };
+        let figures = on(3);
+        assert_eq!(format!("{figures:?}"), format!("{:?}", on(1)));
+        for case in ["innovation-bank", "side-sum"] {
+            assert_eq!(found(&figures, case, "right @20").value, Some(1.0));
+            assert_eq!(found(&figures, case, "right @20").n, 6);
+        }
+        let split = found(&figures, "proportional-split", "right @20");
+        assert!(split.value.unwrap() < 0.9, "{split:?}");
+    }
+
+    /// A ground speed that sticks for half a second on lean clay makes heavy clay certain. The vehicle could not have
+    /// moved like that on it, so the alarm rings; without the fault it is silent.
+    #[test]
+    fn a_stuck_speed_rings_and_a_sound_log_does_not() {
+        let bench = bench(&[], 0);
+        let scenario = paper::torque_ramp("lean_clay_22", 1).unwrap();
+        let sound = bench.log(&scenario).unwrap();
+        let mut stuck = sound.clone();
+        let speed = sound.ground_speed.as_ref().unwrap();
+        let held = |k: usize| speed.get(if (60..110).contains(&k) { 60 } else { k });
+        stuck.ground_speed = Some((0..sound.time.len()).map(held).collect());
+        let options = IdentifyOptions {
+            check: true,
+            ..bench.options()
+        };
+        for (log, soil, alarm) in [
+            (&sound, "lean_clay_22", false),
+            (&stuck, "heavy_clay_25", true),
+        ] {
+            let id = bench.identify(log, &options).unwrap();
+            for g in &id.groups {
+                assert_eq!(g.map.as_deref(), Some(soil));
+                assert_eq!(g.consistency.alarm, alarm, "{:?}", g.consistency);
+                assert_eq!(g.consistency.reason.is_some(), alarm);
+            }
+        }
+    }
+}

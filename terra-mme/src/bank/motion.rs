@@ -179,7 +179,7 @@ impl Plant {
             let report =
                 |truth, rate| EffectAt::<f64>::report_at(effect, magnitude, channel, truth, rate);
             let (offset, at_one) = (report(0.0, 0.0), report(1.0, 0.0));
-            (report(1.0, 1.0) == at_one).then(|| Reading {
+            (report(1.0, 1.0) == at_one).then_some(Reading {
                 gain: (at_one - offset) * before.gain,
                 offset: offset + (at_one - offset) * before.offset,
             })

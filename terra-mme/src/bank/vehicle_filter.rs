@@ -226,9 +226,11 @@ fn rates(
         let damping = car.wheel_damping;
         rate[2 + q] = (row.torque[q] - w.torque[0] - damping * x[2 + q]) / car.wheel_inertia;
         let by_load = |force: &[f64; 4], k: usize| force[3] * load_slope(q) * accel_slope[k];
-        for k in 0..STATES {
-            slope[1][k] += arm * by_load(&w.pull, k) / car.yaw_inertia;
-            slope[2 + q][k] -= by_load(&w.torque, k) / car.wheel_inertia;
+        for (k, s) in slope[1].iter_mut().enumerate() {
+            *s += arm * by_load(&w.pull, k) / car.yaw_inertia;
+        }
+        for (k, s) in slope[2 + q].iter_mut().enumerate() {
+            *s -= by_load(&w.torque, k) / car.wheel_inertia;
         }
         slope[1][0] += arm * w.pull[2] / car.yaw_inertia;
         slope[1][1] += arm * arm * w.pull[2] / car.yaw_inertia;
@@ -409,13 +411,9 @@ impl Estimate {
                 *x += h * d;
             }
             self.accel = now.accel;
-            for i in 0..STATES {
-                self.p[i][i] += 0.5 * h * density[i];
-            }
+            self.shake(&density, 0.5 * h);
             self.p = sandwich(&phi, &self.p);
-            for i in 0..STATES {
-                self.p[i][i] += 0.5 * h * density[i];
-            }
+            self.shake(&density, 0.5 * h);
             for (q, r) in response.iter_mut().enumerate() {
                 *r = apply(&phi, r);
                 for i in 0..STATES {
@@ -448,10 +446,9 @@ impl Estimate {
     ) -> Result<Innovation, Infeasible> {
         let mut out = Innovation::default();
         // Speeds first: the specific force is then judged at a state that knows them.
-        for k in AT_WHEELS..MOTION_CHANNELS {
-            let Some(z) = sample.channels[k].filter(|_| use_channels[k]) else {
-                continue;
-            };
+        let channels = sample.channels.iter().zip(use_channels).enumerate();
+        for (k, (z, _)) in channels.skip(AT_WHEELS).filter(|(_, (_, used))| **used) {
+            let Some(z) = *z else { continue };
             let state = match k {
                 AT_SPEED => 0,
                 AT_YAW => 1,
@@ -516,6 +513,13 @@ impl Estimate {
         Ok(())
     }
 
+    /// Adds process noise of the given density over a time.
+    fn shake(&mut self, density: &Vector, time: f64) {
+        for (i, q) in density.iter().enumerate() {
+            self.p[i][i] += time * q;
+        }
+    }
+
     /// True while slip is so uncertain that forces are no straight line across it.
     fn bends(&self, plant: &Plant) -> bool {
         let radius = plant.vehicle.wheel_radius;
@@ -569,8 +573,8 @@ impl Estimate {
             accel: 0.0,
         };
         for (x, accel) in &moved {
-            for i in 0..STATES {
-                next.x[i] += share * x[i];
+            for (sum, x) in next.x.iter_mut().zip(x) {
+                *sum += share * x;
             }
             next.accel += share * accel;
         }
