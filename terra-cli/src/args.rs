@@ -143,6 +143,14 @@ pub(crate) enum Campaign {
         /// Seed of the noise.
         #[arg(long, default_value_t = 1)]
         seed: u64,
+        /// Tables to make.
+        #[arg(
+            long,
+            value_delimiter = ',',
+            default_value = "exact,switch,perturbed,mismatch",
+            value_parser = ["exact", "switch", "perturbed", "mismatch"]
+        )]
+        tables: Vec<String>,
         /// JSON to write.
         #[arg(long, value_name = "FILE")]
         json: Option<PathBuf>,

@@ -139,11 +139,11 @@ fn share<'a>(
         .fold((0, 0), |(good, n), yes| (good + usize::from(yes), n + 1))
 }
 
-/// All tables, `runs` noise draws a case. Same seed, same bytes, on any number of threads.
+/// The tables named (`exact` with calibration, `switch`, `perturbed`, `mismatch` with its alarm), `runs` noise draws a case. Same seed, same bytes, on any number of threads.
 ///
 /// # Errors
 /// A catalogue or model that lacks what the campaign names.
-pub fn reproduction(runs: usize, seed: u64) -> Result<Vec<Figure>, CliError> {
+pub fn reproduction(runs: usize, seed: u64, tables: &[String]) -> Result<Vec<Figure>, CliError> {
     let registry = Registry::builtin();
     let law = Arc::new(registry.law("wong-reece")?);
     let hypotheses = catalogue::set("wong21")?;
@@ -161,10 +161,19 @@ pub fn reproduction(runs: usize, seed: u64) -> Result<Vec<Figure>, CliError> {
         runs,
         seed,
     };
-    let mut out = exact(&bench)?;
-    out.extend(switch(&bench)?);
-    out.extend(perturbed(&bench)?);
-    out.extend(mismatch(&bench)?);
+    type Make = fn(&Bench) -> Result<Vec<Figure>, CliError>;
+    let all: [(&str, Make); 4] = [
+        ("exact", exact),
+        ("switch", switch),
+        ("perturbed", perturbed),
+        ("mismatch", mismatch),
+    ];
+    let mut out = Vec::new();
+    for (name, make) in all {
+        if tables.iter().any(|t| t == name) {
+            out.extend(make(&bench)?);
+        }
+    }
     Ok(out)
 }
 

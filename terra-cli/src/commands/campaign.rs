@@ -57,11 +57,12 @@ pub(crate) fn run_ramps(
 pub(crate) fn run_reproduction(
     runs: usize,
     seed: u64,
+    tables: &[String],
     file: Option<&Path>,
     quiet: bool,
 ) -> Result<(), CliError> {
     let spinner = Spinner::start(quiet, "reproduction".to_owned());
-    let figures = reproduction(runs, seed)?;
+    let figures = reproduction(runs, seed, tables)?;
     drop(spinner);
     if file.is_some() {
         output::json(

@@ -53,9 +53,12 @@ pub(crate) fn dispatch(args: Args) -> Result<(), CliError> {
             terrains,
             json,
         }) => campaign::run_ramps(&terrains, runs as usize, seed, json.as_deref(), quiet),
-        Command::Campaign(Campaign::Reproduction { runs, seed, json }) => {
-            campaign::run_reproduction(runs as usize, seed, json.as_deref(), quiet)
-        }
+        Command::Campaign(Campaign::Reproduction {
+            runs,
+            seed,
+            tables,
+            json,
+        }) => campaign::run_reproduction(runs as usize, seed, &tables, json.as_deref(), quiet),
         Command::Completions { shell } => {
             let mut text = Vec::new();
             clap_complete::generate(shell, &mut Args::command(), "terra", &mut text);
