@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use terra_mme::{
     ForceObservation, Hypothesis, HypothesisSet, MultipleModel, ParameterEstimator,
-    SufficientStatistics, TableBox,
+    SufficientStatistics, TableBox, Weighed,
 };
 use terra_model::{Contact, ModelError, Param, Real, Registry, Scale, TerrainModel, WheelForces};
 

@@ -184,6 +184,27 @@ pub(crate) enum Campaign {
         #[arg(long, value_name = "FILE")]
         json: Option<PathBuf>,
     },
+    /// The published figures of the light robot on all 18 soils that carry it: exact set, calibration, change of soil,
+    /// perturbed copies, systematic errors and their alarm, beside what this build finds.
+    Reproduction {
+        /// Noise draws of each case.
+        #[arg(long, default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+        runs: u32,
+        /// Seed of the noise.
+        #[arg(long, default_value_t = 1)]
+        seed: u64,
+        /// Tables to make.
+        #[arg(
+            long,
+            value_delimiter = ',',
+            default_value = "exact,switch,perturbed,mismatch",
+            value_parser = ["exact", "switch", "perturbed", "mismatch"]
+        )]
+        tables: Vec<String>,
+        /// JSON to write.
+        #[arg(long, value_name = "FILE")]
+        json: Option<PathBuf>,
+    },
 }
 
 #[derive(Debug, clap::Args)]

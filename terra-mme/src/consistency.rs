@@ -20,6 +20,8 @@ pub struct AlarmRule {
     pub window: usize,
     /// NIS/d above which no hypothesis explains the forces.
     pub threshold: f64,
+    /// Looks at every window of the log, not only at the last: a fault that has passed has still been weighed.
+    pub whole_log: bool,
 }
 
 impl Default for AlarmRule {
@@ -27,11 +29,22 @@ impl Default for AlarmRule {
         AlarmRule {
             window: 50,
             threshold: 1.5,
+            whole_log: false,
         }
     }
 }
 
 impl AlarmRule {
+    /// For the innovations of a vehicle filter, which are white: 50 samples of 7 channels stay below 1.3 unless
+    /// something is wrong.
+    pub fn innovations() -> Self {
+        AlarmRule {
+            window: 50,
+            threshold: 1.3,
+            whole_log: true,
+        }
+    }
+
     /// A legal rule.
     ///
     /// # Errors
@@ -61,6 +74,8 @@ pub struct Consistency {
     pub nis_per_dof: Option<f64>,
     /// Correlation of neighbouring standardised residuals; none before the second sample.
     pub lag1: Option<f64>,
+    /// Largest NIS/d of any full window so far.
+    pub worst_nis_per_dof: Option<f64>,
     /// Samples in the window.
     pub samples: usize,
     /// True when the winner must not be trusted.
@@ -81,6 +96,10 @@ struct Entry {
 pub(crate) struct Window {
     entries: VecDeque<Option<Entry>>,
     last: Option<DVector<f64>>,
+    /// Sums over the entries, and the largest ratio they had while the window was full.
+    nis: f64,
+    dof: usize,
+    worst: Option<f64>,
 }
 
 impl Window {
@@ -92,8 +111,15 @@ impl Window {
         follows: bool,
         rule: AlarmRule,
     ) {
-        if self.entries.len() >= rule.window {
-            self.entries.pop_front();
+        if self.entries.len() >= rule.window
+            && let Some(Some(gone)) = self.entries.pop_front()
+        {
+            self.nis -= gone.nis;
+            self.dof -= gone.dof;
+        }
+        if let Some(e) = &standardised {
+            self.nis += e.norm_squared();
+            self.dof += e.len();
         }
         let last = self.last.take().filter(|_| follows);
         self.entries.push_back(standardised.as_ref().map(|e| Entry {
@@ -102,6 +128,12 @@ impl Window {
             dof: e.len(),
         }));
         self.last = standardised;
+        if self.entries.len() >= rule.window && self.dof > 0 {
+            let ratio = self.nis / self.dof as f64;
+            if self.worst.is_none_or(|w| ratio > w) {
+                self.worst = Some(ratio);
+            }
+        }
     }
 
     /// The verdict on these samples.
@@ -124,6 +156,13 @@ impl Window {
                 "the winner cannot carry the load in {infeasible} of {} samples",
                 self.entries.len()
             )),
+            _ if rule.whole_log && self.worst.is_some_and(|w| w > limit) => {
+                let worst = self.worst.unwrap_or(f64::NAN);
+                Some(format!(
+                    "NIS/d {worst:.2} over {} samples of the log exceeds {limit:.2}: no hypothesis explains them",
+                    rule.window
+                ))
+            }
             Some(x) if x > limit => Some(format!(
                 "NIS/d {x:.2} over the last {} samples exceeds {limit:.2}: no hypothesis explains these forces",
                 entries.len()
@@ -133,6 +172,7 @@ impl Window {
         Consistency {
             nis_per_dof,
             lag1,
+            worst_nis_per_dof: self.worst,
             samples: self.entries.len(),
             alarm: reason.is_some(),
             reason,
@@ -166,6 +206,7 @@ mod tests {
         let rule = AlarmRule {
             window: 10,
             threshold: 1.5,
+            whole_log: false,
         };
         let mut window = Window::default();
         for _ in 0..20 {
@@ -197,7 +238,8 @@ mod tests {
         assert!(
             AlarmRule {
                 window: 0,
-                threshold: 1.5
+                threshold: 1.5,
+                whole_log: false
             }
             .checked()
             .is_err()
@@ -205,7 +247,8 @@ mod tests {
         assert!(
             AlarmRule {
                 window: 5,
-                threshold: 1.0
+                threshold: 1.0,
+                whole_log: false
             }
             .checked()
             .is_err()

@@ -44,19 +44,24 @@ pub const INFEASIBLE_LOG_LIKELIHOOD: f64 = -1e4;
 /// Hypotheses within this many nats per sample of the winner count as not told apart.
 pub const KNOWN_TO_NATS: f64 = 0.5;
 
-/// Weighs hypotheses by force observations.
-pub trait ParameterEstimator: Send + Sync {
+/// Weighs hypotheses by observations: forces that a filter has estimated, or
+/// [`MotionSample`](crate::MotionSample)s straight from the log.
+pub trait ParameterEstimator<O = ForceObservation>: Weighed {
+    /// Weighs one observation. Nothing is changed when it fails.
+    ///
+    /// # Errors
+    /// A typed [`EstimatorError`].
+    fn update(&mut self, observation: &O) -> Result<(), EstimatorError>;
+}
+
+/// Hypotheses with a posterior: all that may be asked of an estimator.
+pub trait Weighed: Send + Sync {
     /// Name in the registry.
     fn name(&self) -> &'static str;
     /// The hypotheses.
     fn hypotheses(&self) -> &HypothesisSet;
     /// What happens to old evidence.
     fn choice(&self) -> &Choice;
-    /// Weighs one observation. Nothing is changed when it fails.
-    ///
-    /// # Errors
-    /// A typed [`EstimatorError`].
-    fn update(&mut self, observation: &ForceObservation) -> Result<(), EstimatorError>;
     /// Observations weighed.
     fn samples(&self) -> usize;
     /// Posterior probability of each hypothesis (N), in the order of the set.

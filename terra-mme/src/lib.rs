@@ -3,13 +3,14 @@
 //! A [`HypothesisSet`] lists candidate soils, each with its own law. A [`ForceObservation`] is what a log shows: forces
 //! as a linear map of wheel forces, with slips, loads and one joint covariance. A [`ParameterEstimator`] weighs the
 //! first by the second; [`MultipleModel`] does it hypothesis by hypothesis, [`SufficientStatistics`] in sums, and
-//! [`estimator`] finds either by name. The result is a posterior, a mixture of forces ([`mixture`]) and a
+//! [`estimator`] finds either by name. An [`InnovationBank`] needs no forces: it runs one vehicle filter a soil on the log
+//! itself ([`MotionSample`]) and weighs their innovations. The result is a posterior, a mixture of forces ([`mixture`]) and a
 //! [`Consistency`] that says whether the winner explains the forces at all. [`refine`] then fits the winner's
 //! parameters in a [`FitSpace`] and says by name what the data cannot tell ([`Identifiability`]).
 //!
 //! ```
 //! use std::sync::Arc;
-//! use terra_mme::{ForceObservation, HypothesisSet, MultipleModel, ParameterEstimator};
+//! use terra_mme::{ForceObservation, HypothesisSet, MultipleModel, ParameterEstimator, Weighed};
 //! use terra_model::{Contact, Registry};
 //!
 //! let law = Arc::new(Registry::builtin().law("wong-reece").expect("a built-in law"));
@@ -23,6 +24,7 @@
 //! ```
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::panic))]
 
+mod bank;
 mod belief;
 mod choice;
 mod consistency;
@@ -47,12 +49,18 @@ mod sufficient;
 mod update;
 mod whiten;
 
+pub use bank::{
+    AT_ACCEL, AT_SPEED, AT_WHEELS, AT_YAW, InnovationBank, MOTION_CHANNELS, Marginal, MotionNoise,
+    MotionSample, OFFERED_GAIN, Plant, SYSTEMATIC, SideBank, SoilMaps, SystematicCandidate,
+    systematic,
+};
 pub use belief::{ParameterBelief, StructureBelief};
 pub use choice::Choice;
 pub use consistency::{AlarmRule, Consistency};
 pub use error::EstimatorError;
 pub use estimator::{
     History, HypothesisPosterior, INFEASIBLE_LOG_LIKELIHOOD, KNOWN_TO_NATS, ParameterEstimator,
+    Weighed,
 };
 pub use fit_space::FitSpace;
 pub use force_table::{ForceTable, TableBox};
@@ -65,7 +73,10 @@ pub use posterior::Posterior;
 pub use prediction::{ForcePrediction, PredictionStatus, Spread, contact_grid, mixture};
 pub use prior::{Centre, Priors};
 pub use refine::{FittedParameter, RefineOptions, Refinement, refine};
-pub use registry::{EstimatorInfo, EstimatorOptions, estimator, estimators};
+pub use registry::{
+    EstimatorInfo, EstimatorInput, EstimatorOptions, estimator, estimators, motion_estimator,
+    side_bank,
+};
 pub use residual::{Comparison, Residual, Scored, compare, score};
 pub use split_load::proportional_split;
 pub use sufficient::SufficientStatistics;

@@ -13,7 +13,7 @@ use nalgebra::DVector;
 use crate::choice::Choice;
 use crate::consistency::{AlarmRule, Consistency, Window};
 use crate::error::EstimatorError;
-use crate::estimator::{History, INFEASIBLE_LOG_LIKELIHOOD, ParameterEstimator};
+use crate::estimator::{History, INFEASIBLE_LOG_LIKELIHOOD, ParameterEstimator, Weighed};
 use crate::hypothesis::HypothesisSet;
 use crate::observation::ForceObservation;
 use crate::posterior::Posterior;
@@ -192,20 +192,25 @@ impl MultipleModel {
 }
 
 /// One hypothesis after one observation.
-struct Weighed {
+struct Compared {
     log_likelihood: f64,
     residual: Option<DVector<f64>>,
     standardised: Option<DVector<f64>>,
 }
 
 impl MultipleModel {
-    fn weigh(&self, j: usize, obs: &ForceObservation, rho: f64) -> Result<Weighed, EstimatorError> {
+    fn weigh(
+        &self,
+        j: usize,
+        obs: &ForceObservation,
+        rho: f64,
+    ) -> Result<Compared, EstimatorError> {
         let h = &self.set.hypotheses()[j];
         let residual = match compare(&h.id, &h.law, &h.parameters, obs, self.table_error)? {
             Comparison::Feasible(residual) => residual,
             Comparison::Infeasible(_) => {
                 let log_likelihood = INFEASIBLE_LOG_LIKELIHOOD;
-                return Ok(Weighed {
+                return Ok(Compared {
                     log_likelihood,
                     residual: None,
                     standardised: None,
@@ -224,7 +229,7 @@ impl MultipleModel {
             hypothesis: h.id.clone(),
             time: obs.time,
         })?;
-        Ok(Weighed {
+        Ok(Compared {
             log_likelihood: scored.log_density,
             residual: Some(residual.value),
             standardised: Some(scored.standardised),
@@ -233,24 +238,12 @@ impl MultipleModel {
 }
 
 impl ParameterEstimator for MultipleModel {
-    fn name(&self) -> &'static str {
-        self.name
-    }
-
-    fn hypotheses(&self) -> &HypothesisSet {
-        &self.set
-    }
-
-    fn choice(&self) -> &Choice {
-        &self.choice
-    }
-
     fn update(&mut self, obs: &ForceObservation) -> Result<(), EstimatorError> {
         let taken = self.intake.map(|intake| intake(obs)).transpose()?;
         let obs = taken.as_ref().unwrap_or(obs);
         obs.check()?;
         let rho = self.clock.correlation(obs, self.whitening)?;
-        let weighed: Vec<Weighed> = (0..self.set.len())
+        let weighed: Vec<Compared> = (0..self.set.len())
             .map(|j| self.weigh(j, obs, rho))
             .collect::<Result<_, _>>()?;
         if weighed.iter().all(|w| w.residual.is_none()) {
@@ -278,6 +271,20 @@ impl ParameterEstimator for MultipleModel {
                 .push(self.posterior.probabilities().to_vec());
         }
         Ok(())
+    }
+}
+
+impl Weighed for MultipleModel {
+    fn name(&self) -> &'static str {
+        self.name
+    }
+
+    fn hypotheses(&self) -> &HypothesisSet {
+        &self.set
+    }
+
+    fn choice(&self) -> &Choice {
+        &self.choice
     }
 
     fn samples(&self) -> usize {

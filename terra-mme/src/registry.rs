@@ -2,6 +2,7 @@
 
 use terra_model::{Contact, ModelError, nearest};
 
+use crate::bank::{InnovationBank, MotionSample, Plant, SideBank, SoilMaps};
 use crate::choice::Choice;
 use crate::consistency::AlarmRule;
 use crate::error::EstimatorError;
@@ -12,6 +13,15 @@ use crate::multiple_model::MultipleModel;
 use crate::sufficient::SufficientStatistics;
 use crate::whiten::Prewhitening;
 
+/// What an estimator weighs hypotheses by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum EstimatorInput {
+    /// [`ForceObservation`](crate::ForceObservation)s of a force filter or a rig.
+    Forces,
+    /// [`MotionSample`](crate::MotionSample)s straight from a drive log.
+    Motion,
+}
+
 /// What an estimator is, for lists.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct EstimatorInfo {
@@ -21,6 +31,8 @@ pub struct EstimatorInfo {
     pub summary: &'static str,
     /// Source.
     pub reference: &'static str,
+    /// What it is fed: [`estimator`] builds those of forces, [`motion_estimator`] those of motion.
+    pub input: EstimatorInput,
 }
 
 /// Options common to all estimators.
@@ -64,6 +76,8 @@ impl EstimatorOptions {
 }
 
 const MAGILL: &str = "D. T. Magill, IEEE Trans. Automatic Control 10(4):434-439, 1965";
+const BLOM: &str =
+    "H. A. P. Blom, Y. Bar-Shalom, IEEE Trans. Automatic Control 33(8):780-783, 1988";
 const RAY: &str = "L. E. Ray, Proc. SPIE, 2008";
 
 const ESTIMATORS: &[EstimatorInfo] = &[
@@ -71,21 +85,37 @@ const ESTIMATORS: &[EstimatorInfo] = &[
         name: "side-sum",
         summary: "multiple models on the sum of a side's pulls and each wheel's torque; any map of wheel forces",
         reference: MAGILL,
+        input: EstimatorInput::Forces,
     },
     EstimatorInfo {
         name: "wheel",
         summary: "multiple models on the forces of single wheels (rigs)",
         reference: MAGILL,
+        input: EstimatorInput::Forces,
     },
     EstimatorInfo {
         name: "proportional-split",
         summary: "multiple models on a side's force split by load; biased, kept for comparison",
         reference: RAY,
+        input: EstimatorInput::Forces,
     },
     EstimatorInfo {
         name: "sufficient-statistics",
         summary: "multiple models in sums whose cost per sample does not grow with the number of hypotheses",
         reference: MAGILL,
+        input: EstimatorInput::Forces,
+    },
+    EstimatorInfo {
+        name: "innovation-bank",
+        summary: "one vehicle filter a soil, weighed by its innovations from the first sample; needs no ground speed",
+        reference: MAGILL,
+        input: EstimatorInput::Motion,
+    },
+    EstimatorInfo {
+        name: "imm",
+        summary: "the bank with mixing of states, for ground that changes under way",
+        reference: BLOM,
+        input: EstimatorInput::Motion,
     },
 ];
 
@@ -135,27 +165,114 @@ pub fn estimator(
                 sums
             }))
         }
-        _ => Err(ModelError::UnknownName {
+        _ => Err(refused(name, EstimatorInput::Forces)),
+    }
+}
+
+/// An estimator of motion by name, with one soil under all wheels.
+///
+/// # Errors
+/// [`EstimatorError::Name`] with the nearest name; [`EstimatorError::NotSupported`] for an estimator of forces and for
+/// a choice it cannot honour.
+pub fn motion_estimator(
+    name: &str,
+    maps: SoilMaps,
+    plant: Plant,
+    choice: &Choice,
+    history: bool,
+) -> Result<Box<dyn ParameterEstimator<MotionSample>>, EstimatorError> {
+    let mixing = motion_mixing(name)?;
+    let bank = InnovationBank::new(maps, plant)?;
+    let bank = if mixing { bank.with_mixing() } else { bank };
+    let bank = bank.with_choice(choice.clone())?;
+    Ok(Box::new(if history { bank.with_history() } else { bank }))
+}
+
+/// As [`motion_estimator`], with a soil of its own under each side.
+///
+/// # Errors
+/// As there.
+pub fn side_bank(
+    name: &str,
+    maps: SoilMaps,
+    plant: Plant,
+    choice: &Choice,
+    history: bool,
+) -> Result<SideBank, EstimatorError> {
+    let mixing = motion_mixing(name)?;
+    let bank = SideBank::new(maps, plant)?;
+    let bank = if mixing { bank.with_mixing() } else { bank };
+    let bank = bank.with_choice(choice.clone())?;
+    Ok(if history { bank.with_history() } else { bank })
+}
+
+/// Whether the estimator of motion of this name mixes states.
+fn motion_mixing(name: &str) -> Result<bool, EstimatorError> {
+    match name {
+        "innovation-bank" => Ok(false),
+        "imm" => Ok(true),
+        _ => Err(refused(name, EstimatorInput::Motion)),
+    }
+}
+
+/// Why no estimator of that name is fed with `wanted`.
+fn refused(name: &str, wanted: EstimatorInput) -> EstimatorError {
+    match ESTIMATORS.iter().find(|e| e.name == name) {
+        Some(other) => EstimatorError::NotSupported {
+            estimator: other.name,
+            choice: match wanted {
+                EstimatorInput::Forces => "force observations".to_owned(),
+                EstimatorInput::Motion => "motion samples".to_owned(),
+            },
+            reason: match other.input {
+                EstimatorInput::Forces => "it weighs forces: of a force filter, or of a rig",
+                EstimatorInput::Motion => "it weighs a drive log as it is: torques and motion",
+            },
+        },
+        None => ModelError::UnknownName {
             kind: "estimator",
             name: name.to_owned(),
             nearest: nearest(name, ESTIMATORS.iter().map(|e| e.name)).map(str::to_owned),
         }
-        .into()),
+        .into(),
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::bank::MotionNoise;
     use std::sync::Arc;
-    use terra_model::Registry;
+    use terra_model::{Registry, Vehicle};
 
     #[test]
     fn every_listed_name_builds_and_a_slip_of_the_pen_is_helped() {
         let law = Arc::new(Registry::builtin().law("wong-reece").unwrap());
         let options = EstimatorOptions::new(Contact::new(0.2, 245.25, 0.254, 0.15));
+        let car = Vehicle {
+            mass: 100.0,
+            yaw_inertia: 10.0,
+            track: 0.6,
+            wheelbase: 0.6,
+            cg_to_front_axle: 0.3,
+            cg_height: 0.22,
+            yaw_damping: 8.0,
+            wheel_radius: 0.254,
+            wheel_width: 0.15,
+            wheel_inertia: 0.25,
+            wheel_damping: 0.1,
+            pitch: 0.0,
+        };
+        let plant = Plant::new(car, MotionNoise::default()).unwrap();
         for info in estimators() {
             let set = HypothesisSet::from_catalogue(&law, "wong21").unwrap();
+            if info.input == EstimatorInput::Motion {
+                assert!(estimator(info.name, set.clone(), &options).is_err());
+                let maps = SoilMaps::new(set, &car).unwrap();
+                let bank = motion_estimator(info.name, maps, plant, &Choice::None, true).unwrap();
+                assert_eq!(bank.name(), info.name);
+                continue;
+            }
             assert_eq!(
                 estimator(info.name, set, &options).unwrap().name(),
                 info.name

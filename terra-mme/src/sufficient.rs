@@ -18,7 +18,7 @@ use terra_model::Contact;
 use crate::choice::Choice;
 use crate::consistency::{AlarmRule, Consistency, Window};
 use crate::error::EstimatorError;
-use crate::estimator::{History, INFEASIBLE_LOG_LIKELIHOOD, ParameterEstimator};
+use crate::estimator::{History, INFEASIBLE_LOG_LIKELIHOOD, ParameterEstimator, Weighed};
 use crate::force_table::{ForceTable, TableBox};
 use crate::hypothesis::HypothesisSet;
 use crate::observation::ForceObservation;
@@ -208,18 +208,6 @@ impl SufficientStatistics {
 }
 
 impl ParameterEstimator for SufficientStatistics {
-    fn name(&self) -> &'static str {
-        "sufficient-statistics"
-    }
-
-    fn hypotheses(&self) -> &HypothesisSet {
-        &self.set
-    }
-
-    fn choice(&self) -> &Choice {
-        &self.choice
-    }
-
     fn update(&mut self, obs: &ForceObservation) -> Result<(), EstimatorError> {
         obs.check()?;
         let rho = self.clock.correlation(obs, self.whitening)?;
@@ -275,6 +263,20 @@ impl ParameterEstimator for SufficientStatistics {
             }
         }
         Ok(())
+    }
+}
+
+impl Weighed for SufficientStatistics {
+    fn name(&self) -> &'static str {
+        "sufficient-statistics"
+    }
+
+    fn hypotheses(&self) -> &HypothesisSet {
+        &self.set
+    }
+
+    fn choice(&self) -> &Choice {
+        &self.choice
     }
 
     fn samples(&self) -> usize {

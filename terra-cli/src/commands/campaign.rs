@@ -5,7 +5,7 @@ use std::path::Path;
 use serde_json::json;
 
 use crate::campaign::faults::faults;
-use crate::campaign::{LOOK_AT, Rate, ramps};
+use crate::campaign::{LOOK_AT, Rate, ramps, reproduction};
 use crate::error::CliError;
 use crate::output::{self, table};
 use crate::progress::Spinner;
@@ -99,5 +99,44 @@ pub(crate) fn run_faults(
         "refused",
         "panics",
     ];
+    output::stdout(&table(&header, &body))
+}
+
+pub(crate) fn run_reproduction(
+    runs: usize,
+    seed: u64,
+    tables: &[String],
+    file: Option<&Path>,
+    quiet: bool,
+) -> Result<(), CliError> {
+    let spinner = Spinner::start(quiet, "reproduction".to_owned());
+    let figures = reproduction(runs, seed, tables)?;
+    drop(spinner);
+    if file.is_some() {
+        output::json(
+            file,
+            &json!({ "campaign": "reproduction", "runs": runs, "seed": seed, "figures": figures }),
+        )?;
+    }
+    let number = |x: Option<f64>| x.map_or("-".to_owned(), |x| format!("{x:.3}"));
+    let body: Vec<Vec<String>> = figures
+        .iter()
+        .map(|f| {
+            let interval = match (f.lo, f.hi) {
+                (Some(lo), Some(hi)) => format!("[{lo:.3}, {hi:.3}]"),
+                _ => "-".to_owned(),
+            };
+            vec![
+                f.table.to_owned(),
+                f.case.clone(),
+                f.figure.clone(),
+                number(f.value),
+                interval,
+                f.n.to_string(),
+                number(f.published),
+            ]
+        })
+        .collect();
+    let header = ["table", "case", "figure", "found", "95 %", "n", "published"];
     output::stdout(&table(&header, &body))
 }

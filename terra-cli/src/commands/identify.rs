@@ -31,6 +31,7 @@ pub(crate) fn run(args: &IdentifyArgs, quiet: bool) -> Result<(), CliError> {
         history: args.history || args.html.is_some(),
         refine: !args.no_refine,
         filter: args.filter.clone(),
+        ..IdentifyOptions::default()
     };
     let registry = Registry::builtin();
     let spinner = Spinner::start(quiet, "weighing soils");
@@ -119,6 +120,9 @@ pub(crate) fn summary(id: &Identification) -> String {
         "{} rows: {} weighed, {} before the filter settled, {} outside every model\n",
         id.samples.rows, id.samples.used, id.samples.waiting, id.samples.rejected
     );
+    if id.flags.contains(&"no-ground-speed") {
+        out.push_str("no ground speed: slip follows from the soils themselves\n");
+    }
     for g in &id.groups {
         out.push_str(&format!("\n{}\n", g.name));
         let rows: Vec<Vec<String>> = g
@@ -229,6 +233,10 @@ pub(crate) fn report_view(
                         .as_ref()
                         .map(|r| r.fit.identifiability.undetermined.clone())
                         .unwrap_or_default(),
+                    alarm: g
+                        .consistency
+                        .alarm
+                        .then(|| g.consistency.reason.clone().unwrap_or_default()),
                 }
             })
             .collect(),

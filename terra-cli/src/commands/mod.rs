@@ -70,6 +70,12 @@ pub(crate) fn dispatch(args: Args) -> Result<(), CliError> {
         }
         Command::Sweep { plan, shard, out } => sweep::run(&plan, shard.as_deref(), &out, quiet),
         Command::Merge { files, out } => sweep::merge(&files, out.as_deref()),
+        Command::Campaign(Campaign::Reproduction {
+            runs,
+            seed,
+            tables,
+            json,
+        }) => campaign::run_reproduction(runs as usize, seed, &tables, json.as_deref(), quiet),
         Command::Completions { shell } => {
             let mut text = Vec::new();
             clap_complete::generate(shell, &mut Args::command(), "terra", &mut text);

@@ -5,10 +5,12 @@ use std::sync::Arc;
 use nalgebra::{DMatrix, DVector};
 use terra_data::{DriveLog, Rover};
 use terra_ekf::{Flag, Side, SideForces, SlipState, Tally, side_forces};
-use terra_mme::{ForceObservation, Prewhitening};
+use terra_mme::{AlarmRule, EstimatorInput, ForceObservation, Prewhitening};
 use terra_model::catalogue::Terrain;
 use terra_model::{Contact, Registry, Vehicle};
 
+use super::alarm;
+use super::motion::Motion;
 use super::{Identification, IdentifyOptions, Job, Samples};
 use crate::error::CliError;
 use crate::robot::forces;
@@ -17,6 +19,9 @@ use crate::robot::forces;
 /// Ray 2008 (.75 to .82).
 const RHO: f64 = 0.8;
 const RHO_INTERVAL: f64 = 0.01;
+/// NIS/d of prewhitened side sums above which no soil explains them: whitening leaves some correlation, and above 1.5
+/// one true soil in 25 would ring.
+const SIDE_SUM_ALARM: f64 = 2.0;
 
 /// Identifies the soil under each side of a vehicle (or under both, joined).
 ///
@@ -43,7 +48,15 @@ pub fn identify_drive(
         options,
         estimator: &name,
         whitening,
+        alarm: AlarmRule {
+            threshold: SIDE_SUM_ALARM,
+            ..AlarmRule::default()
+        },
     };
+    let motion = Motion::new(log, rover, &law, terrains, &forces)?;
+    let of_motion = terra_mme::estimators()
+        .iter()
+        .any(|e| e.name == name && e.input == EstimatorInput::Motion);
 
     let mut samples = Samples {
         rows: log.len(),
@@ -89,7 +102,17 @@ pub fn identify_drive(
 
     let mut groups = vec![];
     let mut refused = 0;
-    if options.join {
+    if of_motion {
+        let observations = if options.join {
+            vec![&joined]
+        } else {
+            sides.iter().collect()
+        };
+        (groups, refused) = motion.groups(&job, &observations)?;
+        samples.used = motion.samples.len();
+        samples.waiting = 0;
+        samples.rejected = log.len() - samples.used;
+    } else if options.join {
         let (group, n) = job.group("all", &joined)?;
         groups.push(group);
         refused = n;
@@ -100,15 +123,23 @@ pub fn identify_drive(
             refused = refused.max(n);
         }
     }
+    if options.check {
+        alarm::raise(&mut groups, &motion, registry, options.explain)?;
+    }
     samples.used -= refused;
     samples.rejected += refused;
     Ok(Identification {
         log_kind: "drive",
-        filter: Some(options.filter.clone()),
+        filter: (!of_motion).then(|| options.filter.clone()),
         estimator: name.clone(),
         choice: options.choice.clone(),
-        prewhiten_rho: Some(RHO),
+        prewhiten_rho: (!of_motion).then_some(RHO),
         samples,
+        flags: if motion.without_ground_speed() {
+            vec!["no-ground-speed"]
+        } else {
+            vec![]
+        },
         groups,
     })
 }

@@ -1,7 +1,7 @@
 //! The identification as JSON, schema `terra-identify/1`.
 
 use serde_json::{Map, Value, json};
-use terra_mme::{Consistency, ForcePrediction, ParameterBelief, Spread};
+use terra_mme::{ForcePrediction, ParameterBelief, Spread};
 
 use super::{Group, Identification, Refined};
 
@@ -14,6 +14,7 @@ pub(crate) fn to_json(id: &Identification, log_sha256: &str, rover_sha256: &str)
         "estimator": id.estimator,
         "choice": { "kind": id.choice.kind(), "value": id.choice.value() },
         "prewhiten_rho": id.prewhiten_rho,
+        "flags": id.flags,
         "samples": {
             "rows": id.samples.rows, "used": id.samples.used, "waiting": id.samples.waiting,
             "rejected": id.samples.rejected, "missing": id.samples.missing,
@@ -36,7 +37,7 @@ fn group(g: &Group) -> Value {
         "known_to": g.known_to,
         "parameter_mean": parameter_mean(&g.belief),
         "force_prediction": g.force_prediction.iter().map(prediction).collect::<Vec<_>>(),
-        "consistency": consistency(&g.consistency),
+        "consistency": consistency(g),
     });
     if let Value::Object(map) = &mut out {
         match &g.refined {
@@ -111,6 +112,21 @@ fn prediction(p: &ForcePrediction) -> Value {
     })
 }
 
-fn consistency(c: &Consistency) -> Value {
-    json!({ "nis_per_dof": c.nis_per_dof, "lag1": c.lag1, "alarm": c.alarm, "reason": c.reason })
+fn consistency(g: &Group) -> Value {
+    let c = &g.consistency;
+    let candidates: Vec<Value> = g
+        .candidates
+        .iter()
+        .map(|c| {
+            json!({
+                "effect": c.effect,
+                "magnitude": { "mean": c.magnitude, "sd": c.sd, "unit": c.unit },
+                "map": c.map, "probability": c.probability,
+                "log_evidence_gain": c.log_evidence_gain, "nis_per_dof": c.nis_per_dof, "explains": c.explains,
+            })
+        })
+        .collect();
+    json!({
+        "nis_per_dof": c.nis_per_dof, "lag1": c.lag1, "alarm": c.alarm, "reason": c.reason, "candidates": candidates,
+    })
 }

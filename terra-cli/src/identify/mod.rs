@@ -1,16 +1,19 @@
 //! What soil is it? From a log to a posterior per group, with refined parameters and what cannot be known.
 
+mod alarm;
 mod drive;
 mod json;
+mod motion;
 mod rig;
 
 use std::sync::Arc;
 
 use terra_data::Rover;
 use terra_mme::{
-    Centre, Choice, Consistency, EstimatorError, EstimatorOptions, FitSpace, ForceObservation,
-    ForcePrediction, History, HypothesisPosterior, HypothesisSet, ParameterBelief, Prewhitening,
-    Priors, RefineOptions, Refinement, estimator, refine,
+    AlarmRule, Centre, Choice, Consistency, EstimatorError, EstimatorOptions, FitSpace,
+    ForceObservation, ForcePrediction, History, HypothesisPosterior, HypothesisSet,
+    ParameterBelief, Prewhitening, Priors, RefineOptions, Refinement, SystematicCandidate, Weighed,
+    estimator, refine,
 };
 use terra_model::catalogue::Terrain;
 use terra_model::{Contact, Law};
@@ -37,6 +40,10 @@ pub struct IdentifyOptions {
     pub history: bool,
     /// Refine the winner's parameters.
     pub refine: bool,
+    /// Hold the winners of a drive against the vehicle's motion.
+    pub check: bool,
+    /// Where that rings, weigh systematic errors together with every soil.
+    pub explain: bool,
     /// Filter of the forces of a drive.
     pub filter: String,
 }
@@ -49,6 +56,8 @@ impl Default for IdentifyOptions {
             join: false,
             history: false,
             refine: true,
+            check: true,
+            explain: true,
             filter: "block".to_owned(),
         }
     }
@@ -99,6 +108,8 @@ pub struct Group {
     pub force_prediction: Vec<ForcePrediction>,
     /// Whether the winner explains the data.
     pub consistency: Consistency,
+    /// When the alarm rings on a drive: systematic errors of vehicle and sensors weighed together with every soil.
+    pub candidates: Vec<SystematicCandidate>,
     /// Posterior after each sample.
     pub history: Option<History>,
 }
@@ -118,6 +129,8 @@ pub struct Identification {
     pub prewhiten_rho: Option<f64>,
     /// Where the rows went.
     pub samples: Samples,
+    /// What limits the answer: `no-ground-speed`.
+    pub flags: Vec<&'static str>,
     /// Groups.
     pub groups: Vec<Group>,
 }
@@ -130,6 +143,7 @@ struct Job<'a> {
     options: &'a IdentifyOptions,
     estimator: &'a str,
     whitening: Option<Prewhitening>,
+    alarm: AlarmRule,
 }
 
 impl Job<'_> {
@@ -153,6 +167,7 @@ impl Job<'_> {
             &EstimatorOptions {
                 choice: self.options.choice.clone(),
                 whitening: self.whitening,
+                alarm: self.alarm,
                 history: self.options.history,
                 ..EstimatorOptions::new(template)
             },
@@ -179,25 +194,40 @@ impl Job<'_> {
                 "the vehicle must move with slip; see the flags of `terra estimate`",
             ));
         }
-        let loads = loads(&used);
+        let group = self.told(name, &*weigher, &used, &template)?;
+        Ok((group, observations.len() - used.len()))
+    }
+
+    /// What a weigher says of one group; the winner is refined on the observations.
+    fn told(
+        &self,
+        name: &str,
+        weigher: &(impl Weighed + ?Sized),
+        observations: &[ForceObservation],
+        template: &Contact<f64>,
+    ) -> Result<Group, CliError> {
+        let mut loads = loads(observations);
+        if loads.is_empty() {
+            loads.push(template.normal_load);
+        }
         let map = weigher.map().id.clone();
         let refined = if self.options.refine {
-            self.refined(&map, &used, &loads, &template)
+            self.refined(&map, observations, &loads, template)
         } else {
             Err("not asked for".to_owned())
         };
-        let group = Group {
+        Ok(Group {
             name: name.to_owned(),
             posterior: weigher.posterior(),
             known_to: weigher.known_to(),
             belief: weigher.belief(),
             refined,
-            force_prediction: weigher.force_prediction(&SLIPS, &loads, &template)?,
+            force_prediction: weigher.force_prediction(&SLIPS, &loads, template)?,
             consistency: weigher.consistency(),
+            candidates: Vec::new(),
             history: weigher.history().cloned(),
             map: Some(map),
-        };
-        Ok((group, observations.len() - used.len()))
+        })
     }
 
     fn refined(

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector};
 use terra_data::{Measured, RigLog, RigRow, Rover, SoilSharing};
-use terra_mme::ForceObservation;
+use terra_mme::{AlarmRule, ForceObservation};
 use terra_model::catalogue::Terrain;
 use terra_model::{Contact, Registry};
 
@@ -35,6 +35,7 @@ pub fn identify_rig(
         options,
         estimator: &name,
         whitening: None,
+        alarm: AlarmRule::default(),
     };
     let mut samples = Samples {
         rows: log.rows.len() + log.dropped.len(),
@@ -87,6 +88,7 @@ pub fn identify_rig(
         choice: options.choice.clone(),
         prewhiten_rho: None,
         samples,
+        flags: Vec::new(),
         groups: out,
     })
 }

@@ -50,6 +50,8 @@ pub struct GroupView {
     pub truth: Option<String>,
     /// What the log does not determine, in words.
     pub undetermined: Vec<String>,
+    /// Why the winner must not be trusted, and what else would explain the log.
+    pub alarm: Option<String>,
 }
 
 /// An identification, ready to be told.
@@ -68,6 +70,9 @@ pub fn identify_section(view: &IdentifyView) -> Section {
     for g in &view.groups {
         if view.groups.len() > 1 {
             s.heading(super::words::capital(&g.name));
+        }
+        if let Some(why) = &g.alarm {
+            s.text(format!("Alarm: do not trust this soil; {why}."));
         }
         if g.probability.len() > 1 {
             s.figure(history(g));

@@ -123,6 +123,7 @@ fn identification() -> IdentifyView {
                 torque_sd: vec![0.1; 3],
             }),
             truth: Some("dry_sand".to_owned()),
+            alarm: None,
             undetermined: vec![],
         }],
     }

@@ -3,7 +3,8 @@
 use nalgebra::DMatrix;
 use proptest::prelude::*;
 use terra_mme::{
-    Choice, MultipleModel, ParameterBelief, ParameterEstimator, Posterior, Prewhitening, compare,
+    Choice, MultipleModel, ParameterBelief, ParameterEstimator, Posterior, Prewhitening, Weighed,
+    compare,
 };
 use terra_mme::{Comparison, HypothesisSet};
 

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use terra_mme::{
     EstimatorError, Hypothesis, HypothesisSet, MultipleModel, ParameterBelief, ParameterEstimator,
+    Weighed,
 };
 use terra_model::Registry;
 

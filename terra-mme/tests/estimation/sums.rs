@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 use terra_mme::{
     Choice, EstimatorError, ForceObservation, HypothesisSet, ParameterEstimator, Posterior,
-    Prewhitening, SufficientStatistics, TableBox, score,
+    Prewhitening, SufficientStatistics, TableBox, Weighed, score,
 };
 use terra_model::{ForceLaw, Registry};
 

@@ -1,7 +1,7 @@
 //! Underflow and return: what becomes of a rival whose probability has collapsed.
 
 use nalgebra::DMatrix;
-use terra_mme::{Choice, MultipleModel, ParameterEstimator};
+use terra_mme::{Choice, MultipleModel, ParameterEstimator, Weighed};
 
 use crate::common::*;
 

@@ -2,8 +2,8 @@
 
 use nalgebra::DMatrix;
 use terra_mme::{
-    Choice, EstimatorError, EstimatorOptions, ForceObservation, HypothesisSet, MultipleModel,
-    ParameterEstimator, Prewhitening, estimator, estimators,
+    Choice, EstimatorError, EstimatorInput, EstimatorOptions, ForceObservation, HypothesisSet,
+    MultipleModel, ParameterEstimator, Prewhitening, Weighed, estimator, estimators,
 };
 
 use crate::common::*;
@@ -60,6 +60,7 @@ fn input_noise_belongs_into_the_covariance() {
                 .with_alarm(terra_mme::AlarmRule {
                     window: 400,
                     threshold: 1.5,
+                    ..terra_mme::AlarmRule::default()
                 })
                 .unwrap();
         for obs in side(
@@ -297,7 +298,10 @@ fn every_estimator_names_the_soil_through_the_registry() {
         0.0,
         &mut rng(10, 0),
     );
-    for info in estimators() {
+    for info in estimators()
+        .iter()
+        .filter(|e| e.input == EstimatorInput::Forces)
+    {
         let mut options = EstimatorOptions::new(contact(0.2, LOAD));
         options.history = true;
         let mut e = estimator(info.name, wong21(), &options).unwrap();

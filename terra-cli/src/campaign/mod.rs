@@ -1,6 +1,9 @@
 //! Campaigns: many runs with known truth, and how often the answer was right.
 
 pub mod faults;
+mod reproduction;
+
+pub use reproduction::{Figure, reproduction};
 
 use rayon::prelude::*;
 use serde::Serialize;
@@ -76,6 +79,7 @@ pub fn ramps(
     let options = IdentifyOptions {
         history: true,
         refine: false,
+        check: false,
         ..IdentifyOptions::default()
     };
     terrains

@@ -1,0 +1,105 @@
+//! Is the named soil the truth, or did it absorb an error of vehicle or sensors?
+//!
+//! Side sums can be fooled: a wrong torque constant hides in the forces a filter estimates, a stuck speed in the slip, and
+//! some soil always comes near. The vehicle itself cannot: with the named soils under its wheels it must move as logged.
+//! One vehicle filter is run over the log and its innovations are tested in every window of 50 samples; when they are too
+//! large, systematic errors are weighed together with every soil and offered by name.
+
+use rayon::prelude::*;
+use terra_mme::{
+    AlarmRule, EstimatorError, InnovationBank, OFFERED_GAIN, SYSTEMATIC, SystematicCandidate,
+    systematic,
+};
+use terra_model::Registry;
+
+use super::Group;
+use super::motion::Motion;
+use crate::error::CliError;
+use crate::output::short;
+
+/// Tests the winners of all groups on the vehicle; rings and offers candidates in each group when they fail.
+pub(super) fn raise(
+    groups: &mut [Group],
+    motion: &Motion,
+    registry: &Registry,
+    explain: bool,
+) -> Result<(), CliError> {
+    let index = |g: &Group| {
+        let hypotheses = motion.maps.hypotheses().hypotheses();
+        hypotheses
+            .iter()
+            .position(|h| Some(&h.id) == g.map.as_ref())
+    };
+    let named: Option<Vec<usize>> = groups.iter().map(index).collect();
+    let soils = match named.as_deref() {
+        Some([all]) => [*all, *all],
+        Some([left, right]) => [*left, *right],
+        _ => return Ok(()),
+    };
+    let rule = AlarmRule::innovations();
+    let seen = InnovationBank::check(&motion.maps, &motion.plant, soils, &motion.samples, rule)?;
+    if seen.alarm {
+        let why = seen.reason.unwrap_or_default();
+        for g in groups.iter_mut() {
+            g.consistency.alarm = true;
+            g.consistency.reason = Some(match g.consistency.reason.take() {
+                Some(own) => format!("{own}; on the vehicle: {why}"),
+                None => format!("on the vehicle: {why}"),
+            });
+        }
+    }
+    if !explain || !groups.iter().any(|g| g.consistency.alarm) {
+        return Ok(());
+    }
+    let effects = SYSTEMATIC
+        .iter()
+        .map(|name| registry.effect(name))
+        .collect::<Result<Vec<_>, _>>()?;
+    let candidates: Vec<Vec<SystematicCandidate>> = effects
+        .par_iter()
+        .map(|effect| {
+            let one = std::slice::from_ref(effect);
+            systematic(&motion.maps, &motion.plant, one, &motion.samples, rule)
+        })
+        .collect::<Result<_, EstimatorError>>()?;
+    let mut offered: Vec<SystematicCandidate> = candidates
+        .into_iter()
+        .flatten()
+        .filter(|c| c.log_evidence_gain > OFFERED_GAIN)
+        .collect();
+    offered.sort_by(|a, b| b.log_evidence_gain.total_cmp(&a.log_evidence_gain));
+    for g in groups.iter_mut().filter(|g| g.consistency.alarm) {
+        let reason = g.consistency.reason.take().unwrap_or_default();
+        g.consistency.reason = Some(format!("{reason}; {}", sentence(&offered)));
+        g.candidates.clone_from(&offered);
+    }
+    Ok(())
+}
+
+/// The candidates in words.
+fn sentence(offered: &[SystematicCandidate]) -> String {
+    let one = |c: &SystematicCandidate| {
+        let whole = if c.explains {
+            "explains the log"
+        } else {
+            "comes nearer, but does not explain the log"
+        };
+        format!(
+            "{} {} ± {} {} on {} {whole} (gain {} nats)",
+            c.effect,
+            short(c.magnitude),
+            short(c.sd),
+            c.unit,
+            c.map,
+            c.log_evidence_gain.round()
+        )
+    };
+    if offered.is_empty() {
+        return format!(
+            "none of {} brings a soil nearer: look for a faulty sensor or ground outside the set",
+            SYSTEMATIC.join(", ")
+        );
+    }
+    let list: Vec<String> = offered.iter().take(3).map(one).collect();
+    list.join("; ")
+}
