@@ -5,11 +5,12 @@ use std::collections::BTreeMap;
 use terra_data::{Start, WHEELS};
 use toml::de::DeTable;
 
+use super::parse_world;
 use super::toml_table::{Source, Table, Value};
 use super::{Command, DriveSegment, EffectSetting, Profile, Scenario, StartMotion, Trial};
 use crate::error::ScenarioError;
 
-type Parsed<T> = Result<T, ScenarioError>;
+pub(super) type Parsed<T> = Result<T, ScenarioError>;
 
 /// Model of a scenario that names none.
 const DEFAULT_MODEL: &str = "wong-reece";
@@ -52,6 +53,7 @@ pub(super) fn scenario(text: &str, file: &str) -> Parsed<Scenario> {
     let terrain = root.get("terrain");
     let model = root.get("model");
     let noise_scale = root.get("noise_scale");
+    let world = parse_world::world(&root)?;
     let missing = |key: &str| root.error(format!("missing key '{key}'"));
     let head = Scenario {
         seed: seed.map_or(Ok(0), |v| v.whole())?,
@@ -66,8 +68,9 @@ pub(super) fn scenario(text: &str, file: &str) -> Parsed<Scenario> {
         segments,
         trials,
         effects,
+        world,
     };
-    let sides = terrain.map(|v| sides(&v)).transpose()?;
+    let soils = terrain.map(|v| four_soils(&v)).transpose()?;
     let complaint = if seed.is_none() {
         Some(missing("seed"))
     } else if rover.is_none() {
@@ -86,26 +89,44 @@ pub(super) fn scenario(text: &str, file: &str) -> Parsed<Scenario> {
     if let Some(error) = complaint {
         return Err(error);
     }
-    let (left, right) = sides.ok_or(no_terrain)?;
-    Ok(Scenario {
-        left,
-        right,
+    let soils = soils.ok_or(no_terrain)?;
+    let [fl, fr, rl, rr] = &soils;
+    let mut scenario = Scenario {
+        left: fl.clone(),
+        right: fr.clone(),
         ..head
-    })
+    };
+    if fl != rl || fr != rr {
+        scenario.world.wheels = Some(soils);
+    }
+    Ok(scenario)
 }
 
-/// An id, a parameter table, or one of them for each side.
-fn sides(value: &Value<'_, '_>) -> Parsed<(Start, Start)> {
+/// An id, a parameter table, or one of them for each side or each wheel.
+pub(super) fn four_soils(value: &Value<'_, '_>) -> Parsed<[Start; 4]> {
     if value.is_table() {
         let table = value.table()?;
         if table.has_any(&["left", "right"]) {
             let (left, right) = (table.require("left")?, table.require("right")?);
             table.finish()?;
-            return Ok((soil(&left)?, soil(&right)?));
+            let (left, right) = (soil(&left)?, soil(&right)?);
+            return Ok([left.clone(), right.clone(), left, right]);
+        }
+        if table.has_any(&WHEELS) {
+            let [fl, fr, rl, rr] = WHEELS;
+            let all = [
+                table.require(fl)?,
+                table.require(fr)?,
+                table.require(rl)?,
+                table.require(rr)?,
+            ];
+            table.finish()?;
+            let [fl, fr, rl, rr] = all;
+            return Ok([soil(&fl)?, soil(&fr)?, soil(&rl)?, soil(&rr)?]);
         }
     }
-    let both = soil(value)?;
-    Ok((both.clone(), both))
+    let all = soil(value)?;
+    Ok([all.clone(), all.clone(), all.clone(), all])
 }
 
 fn soil(value: &Value<'_, '_>) -> Parsed<Start> {
@@ -137,7 +158,12 @@ fn segment(index: usize, value: &Value<'_, '_>) -> Parsed<DriveSegment> {
         .get("pitch_rad")
         .map(|v| v.number_where("an angle between -1.5 and 1.5 rad", |a| a.abs() < 1.5))
         .transpose()?;
+    let roll = table
+        .get("roll_rad")
+        .map(|v| v.number_where("an angle between -1.5 and 1.5 rad", |a| a.abs() < 1.5))
+        .transpose()?;
     let payload = table.get("payload_kg").map(|v| v.number()).transpose()?;
+    let payload_at = table.get("payload_at_m").map(|v| place(&v)).transpose()?;
     let tow_load = table.get("tow_load_N").map_or(Ok(0.0), |v| v.number())?;
     let pass = table.get("pass").map(|v| v.count()).transpose()?;
     let no_duration = table.error("missing key 'duration_s'");
@@ -165,10 +191,23 @@ fn segment(index: usize, value: &Value<'_, '_>) -> Parsed<DriveSegment> {
         start,
         reset,
         pitch,
+        roll,
         payload,
+        payload_at,
         tow_load,
         pass,
     })
+}
+
+/// { forward, left, up } of the centre of mass \[m\].
+fn place(value: &Value<'_, '_>) -> Parsed<[f64; 3]> {
+    let table = value.table()?;
+    let mut at = [0.0; 3];
+    for (slot, key) in at.iter_mut().zip(["forward", "left", "up"]) {
+        *slot = table.get(key).map_or(Ok(0.0), |v| v.number())?;
+    }
+    table.finish()?;
+    Ok(at)
 }
 
 fn motion(value: &Value<'_, '_>) -> Parsed<StartMotion> {
