@@ -29,6 +29,8 @@ pub(crate) enum Stream {
     LateralSpeed,
     Distance,
     NormalLoad(usize),
+    /// How a rig's load is held.
+    RigLoadHold,
 }
 
 /// Streams of a channel's faults (dropouts, outliers) lie this far behind its noise.
@@ -58,6 +60,7 @@ impl Stream {
             Stream::LateralSpeed => 42,
             Stream::Distance => 43,
             Stream::NormalLoad(w) => 44 + w as u64,
+            Stream::RigLoadHold => 48,
         }
     }
 }

@@ -21,7 +21,7 @@ const fn row<E: Effect>(low: f64, high: f64) -> TruthOnly {
 }
 
 static LIST: &[TruthOnly] = &[
-    row::<soil::SinkageFactor>(0.5, 2.0),
+    row::<soil::SinkageFactor>(0.3, 1.2),
     row::<soil::RationalSoftening>(0.2, 1.0),
     row::<soil::LinearPasses>(0.3, 1.5),
     row::<soil::ReleasedBySlip>(0.1, 0.5),

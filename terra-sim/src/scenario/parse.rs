@@ -34,8 +34,9 @@ pub(super) fn scenario(text: &str, file: &str) -> Parsed<Scenario> {
         Some(list) => list
             .items()?
             .iter()
-            .map(trial)
-            .collect::<Parsed<Vec<_>>>()?,
+            .map(trials)
+            .collect::<Parsed<Vec<_>>>()?
+            .concat(),
         None => Vec::new(),
     };
     let effects = match root.get("effect") {
@@ -274,7 +275,9 @@ fn numbers(value: &Value<'_, '_>, what: &str, legal: impl Fn(f64) -> bool) -> Pa
     items.iter().map(|v| v.number_where(what, &legal)).collect()
 }
 
-fn trial(value: &Value<'_, '_>) -> Parsed<Trial> {
+/// The trials of one `[[trial]]`: speeds and passes multiply, pass innermost, so that a programme can drive each rut
+/// again at each speed.
+fn trials(value: &Value<'_, '_>) -> Parsed<Vec<Trial>> {
     let table = value.table()?;
     let slip = table.get("slip");
     let load = table.get("normal_load_N");
@@ -283,7 +286,15 @@ fn trial(value: &Value<'_, '_>) -> Parsed<Trial> {
     let condition = table
         .get("condition")
         .map_or(Ok(String::new()), |v| v.text())?;
-    let pass = table.get("pass").map_or(Ok(1), |v| v.count())?;
+    let passes = match table.get("pass") {
+        Some(v) if v.is_array() => v
+            .items()?
+            .iter()
+            .map(|p| p.count())
+            .collect::<Parsed<_>>()?,
+        Some(v) => vec![v.count()?],
+        None => vec![1],
+    };
     let missing = |key: &str| table.error(format!("missing key '{key}'"));
     let (no_slip, no_load, no_travel) = (
         missing("slip"),
@@ -291,18 +302,47 @@ fn trial(value: &Value<'_, '_>) -> Parsed<Trial> {
         missing("travel_speed_m_s"),
     );
     table.finish()?;
-    Ok(Trial {
-        slip: numbers(&slip.ok_or(no_slip)?, "a slip in [-1, 1]", |s| {
-            (-1.0..=1.0).contains(&s)
-        })?,
+    let one = Trial {
+        slip: slips(&slip.ok_or(no_slip)?)?,
         normal_load: numbers(&load.ok_or(no_load)?, "a load above 0", |w| w > 0.0)?,
         repeats,
-        travel_speed: travel
-            .ok_or(no_travel)?
-            .number_where("a speed above 0", |v| v > 0.0)?,
+        travel_speed: 0.0,
         condition,
-        pass,
-    })
+        pass: 1,
+    };
+    let speeds = numbers(&travel.ok_or(no_travel)?, "a speed above 0", |v| v > 0.0)?;
+    Ok(speeds
+        .iter()
+        .flat_map(|&travel_speed| {
+            let one = &one;
+            passes.iter().map(move |&pass| Trial {
+                travel_speed,
+                pass,
+                ..one.clone()
+            })
+        })
+        .collect())
+}
+
+/// Slips: a number, a list, or { from, to, steps }, a ramp in equal steps.
+fn slips(value: &Value<'_, '_>) -> Parsed<Vec<f64>> {
+    const WHAT: &str = "a slip in [-1, 1]";
+    let legal = |s: f64| (-1.0..=1.0).contains(&s);
+    if !value.is_table() {
+        return numbers(value, WHAT, legal);
+    }
+    let table = value.table()?;
+    let from = table.require("from")?.number_where(WHAT, legal)?;
+    let to = table.require("to")?.number_where(WHAT, legal)?;
+    let steps = table.require("steps")?;
+    table.finish()?;
+    let n = steps.count()?;
+    if !(2..=100_000).contains(&n) {
+        return Err(steps.error(format!("{n}: expected 2 to 100000 steps")));
+    }
+    Ok((0..n)
+        .map(|k| from + (to - from) * f64::from(k) / f64::from(n - 1))
+        .collect())
 }
 
 fn effect(value: &Value<'_, '_>) -> Parsed<EffectSetting> {

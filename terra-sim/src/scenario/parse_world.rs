@@ -47,7 +47,11 @@ pub(super) fn world(root: &Table<'_, '_>) -> Parsed<World> {
     let sensors = root
         .get("sensor")
         .map_or(Ok(BTreeMap::new()), |v| sensors(&v))?;
+    let load_hold = root.get("load_hold").map_or(Ok(0.0), |v| {
+        v.number_where("a share from 0, below .3", |s| (0.0..0.3).contains(&s))
+    })?;
     Ok(World {
+        load_hold,
         side_slip,
         wheels: None,
         patches,

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use terra_data::Start;
 
-/// Everything optional about a drive; the default is the nominal vehicle with perfect motors on soils that do not
+/// Everything optional about a drive or a rig; the default is the nominal vehicle with perfect motors on soils that do not
 /// change.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct World {
@@ -21,6 +21,8 @@ pub struct World {
     pub motor: Motor,
     /// Sensors that are not what `[noise]` alone says, by column name with or without the wheel.
     pub sensors: BTreeMap<String, SensorSettings>,
+    /// How badly a rig holds its load: sd of the true load as a share of the wanted one \[1\].
+    pub load_hold: f64,
 }
 
 /// What holds the vehicle sideways.

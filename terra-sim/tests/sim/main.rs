@@ -7,6 +7,8 @@ mod conservation;
 mod effects;
 mod noise;
 mod paper;
+mod planar;
 mod rig;
 mod scenario;
 mod support;
+mod world;
