@@ -4,6 +4,7 @@
 
 mod closed_forms;
 mod conservation;
+mod cost;
 mod effects;
 mod noise;
 mod paper;
@@ -11,4 +12,5 @@ mod planar;
 mod rig;
 mod scenario;
 mod support;
+mod traces;
 mod world;

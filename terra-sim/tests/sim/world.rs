@@ -362,3 +362,20 @@ repeats = 20
     // sd of the mean .05/sqrt(480) = .0023; of the sd .0016.
     assert!((sum / n).abs() < 0.012 && ((squares / n).sqrt() - 0.05).abs() < 0.009);
 }
+
+/// The scenario in the examples runs; its bent encoders change the log and not the truth of motion.
+#[test]
+fn the_planar_example_runs() {
+    let path =
+        std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/drive/planar.toml");
+    let mut scenario = Scenario::read(&path).unwrap();
+    scenario.segments[0].duration = 0.2;
+    scenario.segments[1].duration = 0.2;
+    scenario.noise_scale = 0.0;
+    let bent = run(&scenario);
+    assert_eq!(bent.log.len(), 40);
+    scenario.effects.clear();
+    let straight = run(&scenario);
+    assert!((bent.truth.wheel_speed[0][30] - straight.truth.wheel_speed[0][30]).abs() < 1e-6);
+    assert_ne!(bent.log.wheel_speed[0], straight.log.wheel_speed[0]);
+}
