@@ -379,3 +379,25 @@ fn the_planar_example_runs() {
     assert!((bent.truth.wheel_speed[0][30] - straight.truth.wheel_speed[0][30]).abs() < 1e-6);
     assert_ne!(bent.log.wheel_speed[0], straight.log.wheel_speed[0]);
 }
+
+/// Gears with play lose torque after a reversal: the wheel turns back later than the log's torque says.
+#[test]
+fn play_in_the_gears_costs_torque_at_a_reversal() {
+    let mut scenario = quiet_ramp("upland_sandy_loam");
+    let profile = Profile {
+        from: 30.0,
+        to: -30.0,
+    };
+    let mut segment = DriveSegment::new("reversal", 0.4, Command::Torque([profile; 4]));
+    segment.start = Some(StartMotion {
+        ground_speed: 1.0,
+        wheel_speed: [4.5; 4],
+    });
+    scenario.segments = vec![segment];
+    let nominal = run(&scenario).truth;
+    scenario.effects = vec![EffectSetting::new("gearbox-backlash", 0.3)];
+    let played = run(&scenario).truth;
+    assert_eq!(nominal.wheel_torque, played.wheel_torque);
+    let last = nominal.len() - 1;
+    assert!((played.wheel_speed[0][last] - nominal.wheel_speed[0][last]).abs() > 0.05);
+}
