@@ -1,15 +1,19 @@
-//! What the motors do in a segment: a torque profile, or a PI controller that tracks wheel speeds.
+//! What the motors do in a segment: a torque profile, or a PI controller that tracks wheel speeds, through a motor that
+//! need not be perfect.
 //!
 //! # Equation
-//! T = k_p (ω_ref - ω) + T_i, dT_i/dt = k_i (ω_ref - ω), with k_p = 2 ζ ω_n J, k_i = ω_n² J, ζ = 1,
-//! ω_n = 10 rad/s, J = I_w + m R²/4: critically damped for a wheel that carries its share of the vehicle without slip.
-//! T_i carries on between segments; after a torque segment it starts at the torque that was applied last.
+//! T_asked = k_p (ω_ref - ω) + T_i, dT_i/dt = k_i (ω_ref - ω), with k_p = 2 ζ ω_n J, k_i = ω_n² J, ζ = 1,
+//! ω_n = 10 rad/s unless the scenario says otherwise, J = I_w + m R²/4: critically damped for a wheel that carries its
+//! share of the vehicle without slip. T_i carries on between segments; after a torque segment it starts at the torque
+//! that was applied last; it rests while the motor is at its limit.
+//!
+//! Motor: T_m = clamp(T_asked(t - delay) - droop ω, ± limit (1 - |ω|/ω_0) when T_m and ω agree in sign, ± limit
+//! otherwise), dT/dt = (T_m - T)/lag, delivered η T when it drives and T/η when it is driven. Without a `[motor]` the
+//! delivered torque is the asked one.
 
-use crate::robot::{INTEGRALS_AT, STATES, WHEELS_AT};
-use crate::scenario::{Command, DriveSegment, Profile};
+use crate::robot::{INTEGRALS_AT, MOTORS_AT, STATES, WHEELS_AT, four};
+use crate::scenario::{Command, DriveSegment, Motor, Profile};
 
-/// ω_n \[rad/s\].
-const NATURAL_FREQUENCY: f64 = 10.0;
 /// ζ \[1\].
 const DAMPING: f64 = 1.0;
 
@@ -17,6 +21,7 @@ const DAMPING: f64 = 1.0;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Control {
     command: Command,
+    motor: Motor,
     start: f64,
     duration: f64,
     /// k_p \[N m s\].
@@ -27,23 +32,24 @@ pub(crate) struct Control {
 
 impl Control {
     /// The motors of a segment that starts at `start` \[s\]; `inertia` is J.
-    pub(crate) fn new(segment: &DriveSegment, start: f64, inertia: f64) -> Self {
+    pub(crate) fn new(segment: &DriveSegment, motor: Motor, start: f64, inertia: f64) -> Self {
+        let frequency = motor.control_frequency;
         Control {
             command: segment.command,
+            motor,
             start,
             duration: segment.duration,
-            proportional: 2.0 * DAMPING * NATURAL_FREQUENCY * inertia,
-            integral: NATURAL_FREQUENCY * NATURAL_FREQUENCY * inertia,
+            proportional: 2.0 * DAMPING * frequency * inertia,
+            integral: frequency * frequency * inertia,
         }
     }
 
     fn at(&self, profiles: &[Profile; 4], time: f64) -> [f64; 4] {
-        let share = ((time - self.start) / self.duration).clamp(0.0, 1.0);
+        let share = ((time - self.start - self.motor.delay) / self.duration).clamp(0.0, 1.0);
         profiles.map(|p| p.at(share))
     }
 
-    /// Torque the motors deliver \[N m\].
-    pub(crate) fn torque(&self, time: f64, speeds: [f64; 4], integrals: [f64; 4]) -> [f64; 4] {
+    fn asked(&self, time: f64, speeds: [f64; 4], integrals: [f64; 4]) -> [f64; 4] {
         match &self.command {
             Command::Torque(profiles) => self.at(profiles, time),
             Command::WheelSpeed(profiles) => {
@@ -53,12 +59,59 @@ impl Control {
         }
     }
 
-    /// Writes dT_i/dt.
-    pub(crate) fn integral_rate(&self, time: f64, y: &[f64; STATES], rate: &mut [f64; STATES]) {
+    /// What the motor can do of what is asked, before its lag \[N m\].
+    fn possible(&self, asked: f64, speed: f64) -> f64 {
+        let torque = asked - self.motor.droop * speed;
+        let limit = self.motor.torque_limit;
+        let drives = torque * speed > 0.0;
+        let limit = if drives && limit.is_finite() && self.motor.no_load_speed.is_finite() {
+            limit * (1.0 - speed.abs() / self.motor.no_load_speed).max(0.0)
+        } else {
+            limit
+        };
+        torque.clamp(-limit, limit)
+    }
+
+    /// Torque the motors deliver \[N m\].
+    pub(crate) fn torque(&self, time: f64, y: &[f64; STATES]) -> [f64; 4] {
+        let speeds = four(y, WHEELS_AT);
+        if self.motor == Motor::default() {
+            return self.asked(time, speeds, four(y, INTEGRALS_AT));
+        }
+        let torque = if self.motor.lag > 0.0 {
+            four(y, MOTORS_AT)
+        } else {
+            let asked = self.asked(time, speeds, four(y, INTEGRALS_AT));
+            std::array::from_fn(|q| self.possible(asked[q], speeds[q]))
+        };
+        std::array::from_fn(|q| {
+            // η where it drives, 1/η where it is driven, smoothly within a tenth of a watt.
+            let direction = (10.0 * torque[q] * speeds[q]).tanh();
+            torque[q] * self.motor.efficiency.powf(direction)
+        })
+    }
+
+    /// Writes dT_i/dt and dT/dt.
+    pub(crate) fn rates(&self, time: f64, y: &[f64; STATES], rate: &mut [f64; STATES]) {
+        if self.motor.lag > 0.0 {
+            let speeds = four(y, WHEELS_AT);
+            let asked = self.asked(time, speeds, four(y, INTEGRALS_AT));
+            for q in 0..4 {
+                let possible = self.possible(asked[q], speeds[q]);
+                rate[MOTORS_AT + q] = (possible - y[MOTORS_AT + q]) / self.motor.lag;
+            }
+        }
         if let Command::WheelSpeed(profiles) = &self.command {
             let wanted = self.at(profiles, time);
+            let asked = self.asked(time, four(y, WHEELS_AT), four(y, INTEGRALS_AT));
             for q in 0..4 {
-                rate[INTEGRALS_AT + q] = self.integral * (wanted[q] - y[WHEELS_AT + q]);
+                let error = wanted[q] - y[WHEELS_AT + q];
+                let held = asked[q] - self.motor.droop * y[WHEELS_AT + q];
+                // An integral that pushes against a limit only winds up.
+                let stuck = held != self.possible(asked[q], y[WHEELS_AT + q]) && error * held > 0.0;
+                if !stuck {
+                    rate[INTEGRALS_AT + q] = self.integral * error;
+                }
             }
         }
     }

@@ -1,20 +1,23 @@
 //! A drive: segments one after the other, sampled at the log's rate.
 
 use std::array;
+use std::cell::RefCell;
 
-use terra_data::{DriveLog, Rover, Segment, Start};
+use terra_data::{DriveLog, Rover, Segment};
 use terra_model::Registry;
 
 use crate::control::Control;
 use crate::effects::{ActiveEffects, LogKind};
 use crate::error::SimError;
-use crate::force_table::ForceTable;
+use crate::ground::{Ground, Ruts};
+use crate::history::History;
 use crate::integrate::Integrator;
+use crate::loads::LoadedVehicle;
 use crate::noise::{Roughness, Stream};
-use crate::robot::{Instant, PATH, Robot, SPEED, STATES, Surroundings, WHEELS_AT, YAW_RATE};
-use crate::scenario::{DriveSegment, Scenario};
-use crate::sensors::{self, Declared, SpeedHistory};
-use crate::soil;
+use crate::record::{Columns, record};
+use crate::robot::{Robot, SPEED, STATES, Surroundings, WHEELS_AT, Warm};
+use crate::scenario::{DriveSegment, Scenario, SideSlip};
+use crate::sensors;
 use crate::truth::DriveTruth;
 
 /// A simulated drive.
@@ -66,23 +69,23 @@ pub fn simulate_drive_with(
     integrator.check()?;
     let model = registry.model(&scenario.model)?;
     let effects = ActiveEffects::new(&scenario.effects, &model, registry, LogKind::Drive)?;
-    let ground = |terrain: &Start| -> Result<ForceTable, SimError> {
-        ForceTable::new(&model, &effects, soil::parameters(terrain, &*model)?)
-    };
     let roughness = |key: &str, stream: fn(usize) -> Stream| -> [Roughness; 4] {
         let sd = rover.noise.get(key).unwrap_or(0.0) * scenario.noise_scale;
         array::from_fn(|q| Roughness::new(scenario.seed, scenario.run, stream(q), sd))
     };
     let mut robot = Robot {
-        ground: [ground(&scenario.left)?, ground(&scenario.right)?],
+        ground: Ground::new(scenario, &model, &effects)?,
         effects: effects.clone(),
         force_roughness: roughness("roughness_N", Stream::ForceRoughness),
         torque_roughness: roughness("roughness_N_m", Stream::TorqueRoughness),
-        warm: (0.0, -1.0),
+        slides: scenario.world.side_slip == SideSlip::Free,
+        ruts: None,
+        warm: Warm::COLD,
     };
+    let watched = robot.watched(scenario.world.motor.lag > 0.0);
 
     let mut truth = DriveTruth::default();
-    let mut history = SpeedHistory::default();
+    let mut history = History::default();
     let mut declared = Columns::default();
     let mut y = [0.0; STATES];
     let mut time = 0.0;
@@ -91,22 +94,29 @@ pub fn simulate_drive_with(
         if index == 0 || segment.reset {
             y = initial(segment);
             pass = 1;
-            robot.warm = (0.0, -1.0);
-            history.begin(time, y[SPEED]);
+            robot.warm = Warm::COLD;
+            robot.ruts = scenario.world.ruts.then(|| Ruts::new(rover.wheel.width));
+            history.begin(time, &y);
         }
         pass = segment.pass.unwrap_or(pass);
         // Effects say what the vehicle of the file really is; what was loaded on purpose comes on top.
         let mut level = nominal;
         level.pitch = segment.pitch.unwrap_or(0.0);
-        let mut car = robot.effects.vehicle(level);
-        car.mass += segment.payload.unwrap_or(0.0);
+        let real = robot.effects.vehicle(level);
+        let mut loaded = LoadedVehicle::with_payload(
+            real,
+            segment.payload.unwrap_or(0.0),
+            segment.payload_at.unwrap_or_default(),
+        );
+        loaded.roll = segment.roll.unwrap_or(0.0);
+        let car = loaded.car;
         let around = Surroundings {
-            vehicle: car,
+            vehicle: loaded,
             tow_load: segment.tow_load,
             pass,
         };
         let inertia = car.wheel_inertia + 0.25 * car.mass * car.wheel_radius * car.wheel_radius;
-        let control = Control::new(segment, time, inertia);
+        let control = Control::new(segment, scenario.world.motor, time, inertia);
 
         let first_row = truth.time.len();
         let rows = (segment.duration * scenario.rate - 1e-9).ceil().max(1.0) as usize;
@@ -119,14 +129,17 @@ pub fn simulate_drive_with(
                 time + (k + 1) as f64 / scenario.rate
             };
             let now = robot.instant(from, &y, &around, &control)?;
-            record(&mut truth, from, &y, &now, &robot, car.pitch);
+            record(&mut truth, from, &y, &now, &robot, &around.vehicle);
             declared.push(segment, pass);
-            integrator.advance(
-                &mut |t, y: &[f64; STATES]| robot.instant(t, y, &around, &control).map(|i| i.rate),
-                from,
-                to,
+            advance(
+                &mut robot,
+                &integrator,
+                watched,
+                (from, to),
                 &mut y,
-                &mut |t, y| history.push(t, y[SPEED]),
+                &around,
+                &control,
+                &mut history,
             )?;
         }
         control.hand_over(&mut y);
@@ -144,6 +157,41 @@ pub fn simulate_drive_with(
     let declared = declared.finish(&scenario.segments);
     let log = sensors::log(&truth, &history, declared, scenario, rover, &robot.effects)?;
     Ok(DriveRun { log, truth })
+}
+
+/// Carries the state from one row to the next.
+fn advance(
+    robot: &mut Robot,
+    integrator: &Integrator,
+    watched: usize,
+    (from, to): (f64, f64),
+    y: &mut [f64; STATES],
+    around: &Surroundings,
+    control: &Control,
+    history: &mut History,
+) -> Result<(), SimError> {
+    // Rates and steps both need the robot, one after the other.
+    let robot = RefCell::new(robot);
+    integrator.advance_watching(
+        watched,
+        &mut |t, y: &[f64; STATES]| {
+            robot
+                .borrow_mut()
+                .instant(t, y, around, control)
+                .map(|i| i.rate)
+        },
+        from,
+        to,
+        y,
+        &mut |t, y| {
+            history.push(t, y);
+            let mut robot = robot.borrow_mut();
+            let places = robot.places(y, &around.vehicle);
+            if let Some(ruts) = &mut robot.ruts {
+                ruts.step(places);
+            }
+        },
+    )
 }
 
 fn check(scenario: &Scenario, rover: &Rover) -> Result<(), SimError> {
@@ -207,61 +255,4 @@ fn initial(segment: &DriveSegment) -> [f64; STATES] {
     y[SPEED] = start.ground_speed;
     y[WHEELS_AT..WHEELS_AT + 4].copy_from_slice(&start.wheel_speed);
     y
-}
-
-fn record(
-    truth: &mut DriveTruth,
-    time: f64,
-    y: &[f64; STATES],
-    now: &Instant,
-    robot: &Robot,
-    pitch: f64,
-) {
-    truth.time.push(time);
-    truth.ground_speed.push(y[SPEED]);
-    truth.yaw_rate.push(y[YAW_RATE]);
-    truth.accel_x.push(now.specific_force);
-    truth.pitch.push(pitch);
-    truth.distance.push(y[PATH]);
-    truth
-        .standstill
-        .push(now.wheels.iter().any(|w| w.standstill));
-    let sinkage = truth.sinkage.get_or_insert_with(Default::default);
-    for (q, wheel) in now.wheels.iter().enumerate() {
-        truth.wheel_speed[q].push(y[WHEELS_AT + q]);
-        truth.wheel_torque[q].push(now.motor_torque[q]);
-        truth.drawbar_pull[q].push(wheel.drawbar_pull);
-        truth.resistive_torque[q].push(wheel.resistive_torque);
-        sinkage[q].push(wheel.sinkage.unwrap_or(f64::NAN));
-        let seen = wheel.contact.map(|c| robot.ground[q % 2].seen(&c));
-        truth.slip[q].push(seen.map_or(wheel.slip, |c| c.slip));
-        truth.normal_load[q].push(seen.map_or(wheel.normal_load, |c| c.normal_load));
-    }
-}
-
-/// Declared columns under construction.
-#[derive(Default)]
-struct Columns {
-    pitch: Vec<f64>,
-    payload: Vec<f64>,
-    pass: Vec<f64>,
-}
-
-impl Columns {
-    fn push(&mut self, segment: &DriveSegment, pass: u32) {
-        self.pitch.push(segment.pitch.unwrap_or(0.0));
-        self.payload.push(segment.payload.unwrap_or(0.0));
-        self.pass.push(f64::from(pass));
-    }
-
-    /// Only the columns that some segment declared.
-    fn finish(self, segments: &[DriveSegment]) -> Declared {
-        let keep =
-            |values: Vec<f64>, given: bool| given.then(|| values.into_iter().map(Some).collect());
-        Declared {
-            pitch: keep(self.pitch, segments.iter().any(|s| s.pitch.is_some())),
-            payload: keep(self.payload, segments.iter().any(|s| s.payload.is_some())),
-            pass: keep(self.pass, segments.iter().any(|s| s.pass.is_some())),
-        }
-    }
 }

@@ -3,11 +3,13 @@
 use std::sync::Arc;
 
 use terra_model::{
-    AnyEffect, AnyModel, BodyLoads, Channel, Contact, Law, Motion, Registry, Scope, Soil, Touch,
-    Vehicle,
+    AnyEffect, AnyModel, BodyLoads, Channel, Contact, Law, ModelError, Motion, Registry, Scope,
+    Soil, Touch, Vehicle,
 };
 
 use crate::error::SimError;
+use crate::forms;
+use crate::off_library::{self, TruthOnly, Unlisted};
 use crate::scenario::EffectSetting;
 
 /// Kind of log that is simulated.
@@ -21,7 +23,12 @@ pub(crate) enum LogKind {
 #[derive(Clone)]
 pub(crate) struct ActiveEffects {
     effects: Vec<(Arc<dyn AnyEffect>, Vec<f64>)>,
+    /// Effects that only the truth has, with their magnitude and where they remember.
+    unlisted: Vec<(&'static dyn Unlisted, f64, Option<usize>)>,
 }
+
+/// Effects with a memory that one run may have.
+pub(crate) const MEMORIES: usize = 2;
 
 impl ActiveEffects {
     /// Looks the effects up and checks them against model, range and kind of log.
@@ -35,11 +42,19 @@ impl ActiveEffects {
         kind: LogKind,
     ) -> Result<Self, SimError> {
         let mut effects = Vec::new();
+        let mut unlisted = Vec::new();
+        let mut memories = 0;
         for setting in settings {
-            let effect = match &setting.form {
-                Some(form) => registry.effect_form(&setting.name, form)?,
-                None => registry.effect(&setting.name)?,
-            };
+            if let Some(effect) = off_library::find(&setting.name) {
+                let e = off_library_magnitude(effect.entry(), setting, kind)?;
+                if e != 0.0 {
+                    let memory = effect.remembers().then_some(memories);
+                    memories += usize::from(effect.remembers());
+                    unlisted.push((effect, e, memory));
+                }
+                continue;
+            }
+            let effect = library_effect(setting, registry)?;
             let wrong = match (effect.scope(), kind) {
                 (Scope::Rig, LogKind::Drive) => Some("drive"),
                 (Scope::Drive, LogKind::Rig) => Some("rig"),
@@ -76,7 +91,26 @@ impl ActiveEffects {
                 effects.push((effect, setting.magnitude.clone()));
             }
         }
-        Ok(ActiveEffects { effects })
+        if memories > MEMORIES {
+            return Err(SimError::Value {
+                quantity: "effects with a memory in one run".to_owned(),
+                value: memories as f64,
+                expected: "at most 2",
+            });
+        }
+        Ok(ActiveEffects { effects, unlisted })
+    }
+
+    /// The effects that only the truth has.
+    pub(crate) fn unlisted(
+        &self,
+    ) -> impl Iterator<Item = (&'static dyn Unlisted, f64, Option<usize>)> + '_ {
+        self.unlisted.iter().copied()
+    }
+
+    /// True when some effect remembers.
+    pub(crate) fn remember(&self) -> bool {
+        self.unlisted.iter().any(|(_, _, memory)| memory.is_some())
     }
 
     /// The model under these effects.
@@ -132,7 +166,7 @@ impl ActiveEffects {
 
     /// True when some effect may pull on the body or the drivetrain.
     pub(crate) fn any_loads(&self) -> bool {
-        self.touch(Touch::Loads)
+        self.touch(Touch::Loads) || !self.unlisted.is_empty()
     }
 
     /// How late a channel is \[s\].
@@ -156,4 +190,68 @@ impl ActiveEffects {
             effect.report_at(e, channel, value, 0.0)
         })
     }
+}
+
+/// An effect of the registry, in a form of the registry or one that only the truth has.
+fn library_effect(
+    setting: &EffectSetting,
+    registry: &Registry,
+) -> Result<Arc<dyn AnyEffect>, SimError> {
+    if let Some(form) = &setting.form {
+        if let Some(effect) = forms::find(&setting.name, form) {
+            return Ok(effect);
+        }
+        return Ok(registry.effect_form(&setting.name, form)?);
+    }
+    registry.effect(&setting.name).map_err(|error| match error {
+        ModelError::UnknownName {
+            kind,
+            name,
+            nearest: None,
+        } => SimError::Model(ModelError::UnknownName {
+            kind,
+            nearest: off_library::nearest_name(&name).map(str::to_owned),
+            name,
+        }),
+        other => SimError::Model(other),
+    })
+}
+
+/// The magnitude of an off-library effect, checked like a library one's.
+fn off_library_magnitude(
+    entry: &TruthOnly,
+    setting: &EffectSetting,
+    kind: LogKind,
+) -> Result<f64, SimError> {
+    if kind == LogKind::Rig && entry.scope == Scope::Drive {
+        return Err(SimError::EffectScope {
+            effect: setting.name.clone(),
+            kind: "rig",
+        });
+    }
+    if let Some(form) = setting.form.as_ref().filter(|f| *f != entry.form) {
+        return Err(SimError::Model(ModelError::UnknownName {
+            kind: "form",
+            name: form.clone(),
+            nearest: Some(entry.form.to_owned()),
+        }));
+    }
+    let &[e] = setting.magnitude.as_slice() else {
+        return Err(SimError::MagnitudeCount {
+            effect: setting.name.clone(),
+            expected: 1,
+            found: setting.magnitude.len(),
+        });
+    };
+    if !(0.0..=entry.largest()).contains(&e) {
+        return Err(SimError::Magnitude {
+            effect: setting.name.clone(),
+            parameter: "magnitude",
+            value: e,
+            min: 0.0,
+            max: entry.largest(),
+            unit: entry.unit,
+        });
+    }
+    Ok(e)
 }

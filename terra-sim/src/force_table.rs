@@ -135,7 +135,8 @@ impl ForceTable {
     }
 
     fn interpolate(&mut self, at: &Contact<f64>) -> Option<Forces> {
-        if !(at.slip.abs() <= 1.0 && at.normal_load > 0.0) {
+        let sideways = at.hooks.lateral_slip.is_some_and(|tan| tan != 0.0);
+        if sideways || !(at.slip.abs() <= 1.0 && at.normal_load > 0.0) {
             return None;
         }
         let shape = shape(at);

@@ -22,9 +22,15 @@ mod drive;
 mod effects;
 mod error;
 mod force_table;
+mod forms;
+mod ground;
+mod history;
 pub mod integrate;
+mod loads;
 mod noise;
+mod off_library;
 pub mod paper;
+mod record;
 mod rig;
 mod robot;
 mod scenario;
@@ -35,8 +41,13 @@ mod wheel;
 
 pub use drive::{DriveRun, simulate_drive, simulate_drive_with};
 pub use error::{ScenarioError, SimError};
+pub use forms::form_variants;
 pub use integrate::Integrator;
+pub use off_library::{TruthOnly, off_library};
 pub use rig::{RigRun, simulate_rig};
 pub use robot::GRAVITY;
-pub use scenario::{Command, DriveSegment, EffectSetting, Profile, Scenario, StartMotion, Trial};
+pub use scenario::{
+    Command, DriveSegment, EffectSetting, Motor, Patch, Profile, Scenario, SensorSettings,
+    SideSlip, StartMotion, Trial, World,
+};
 pub use truth::{DriveTruth, RigTruth, TruthColumn};

@@ -25,7 +25,16 @@ pub(crate) enum Stream {
     RigRimSpeed,
     RigForceRoughness,
     RigTorqueRoughness,
+    AccelY,
+    LateralSpeed,
+    Distance,
+    NormalLoad(usize),
+    /// How a rig's load is held.
+    RigLoadHold,
 }
+
+/// Streams of a channel's faults (dropouts, outliers) lie this far behind its noise.
+const FAULTS: u64 = 128;
 
 impl Stream {
     fn index(self) -> u64 {
@@ -47,6 +56,11 @@ impl Stream {
             Stream::RigRimSpeed => 38,
             Stream::RigForceRoughness => 39,
             Stream::RigTorqueRoughness => 40,
+            Stream::AccelY => 41,
+            Stream::LateralSpeed => 42,
+            Stream::Distance => 43,
+            Stream::NormalLoad(w) => 44 + w as u64,
+            Stream::RigLoadHold => 48,
         }
     }
 }
@@ -54,10 +68,25 @@ impl Stream {
 /// Streams reserved a run.
 const STREAMS_A_RUN: u64 = 256;
 
-fn generator(seed: u64, run: u64, stream: Stream) -> ChaCha8Rng {
+fn generator(seed: u64, run: u64, index: u64) -> ChaCha8Rng {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    rng.set_stream(run.wrapping_mul(STREAMS_A_RUN).wrapping_add(stream.index()));
+    rng.set_stream(run.wrapping_mul(STREAMS_A_RUN).wrapping_add(index));
     rng
+}
+
+/// Uniform numbers that decide on a channel's faults.
+#[derive(Clone, Debug)]
+pub(crate) struct Faults(ChaCha8Rng);
+
+impl Faults {
+    pub(crate) fn new(seed: u64, run: u64, stream: Stream) -> Self {
+        Faults(generator(seed, run, FAULTS + stream.index()))
+    }
+
+    /// Three numbers in [0, 1) a row, asked for or not.
+    pub(crate) fn draw(&mut self) -> [f64; 3] {
+        std::array::from_fn(|_| rand_distr::StandardUniform.sample(&mut self.0))
+    }
 }
 
 /// White Gaussian noise of one channel.
@@ -70,7 +99,7 @@ pub(crate) struct White {
 impl White {
     pub(crate) fn new(seed: u64, run: u64, stream: Stream, sd: f64) -> Self {
         White {
-            rng: generator(seed, run, stream),
+            rng: generator(seed, run, stream.index()),
             sd,
         }
     }
@@ -110,7 +139,7 @@ impl Roughness {
                 amplitude: 0.0,
             };
         }
-        let mut rng = generator(seed, run, stream);
+        let mut rng = generator(seed, run, stream.index());
         let uniform = rand_distr::StandardUniform;
         let waves = (0..ROUGHNESS_WAVES)
             .map(|_| {

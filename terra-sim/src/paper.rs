@@ -15,7 +15,7 @@ use terra_model::{Contact, ForceLaw, Registry};
 
 use crate::error::SimError;
 use crate::robot::GRAVITY;
-use crate::scenario::{Command, DriveSegment, Profile, Scenario, StartMotion};
+use crate::scenario::{Command, DriveSegment, Profile, Scenario, StartMotion, World};
 use crate::soil;
 
 /// The light robot: 100 kg, 245.25 N a wheel.
@@ -120,5 +120,6 @@ pub fn torque_ramp_of(rover: &Rover, terrain: &str, seed: u64) -> Result<Scenari
         segments: vec![ramp],
         trials: Vec::new(),
         effects: Vec::new(),
+        world: World::default(),
     })
 }

@@ -6,12 +6,14 @@
 
 use terra_data::{Measured, RigLog, RigRow, Rover, WheelData};
 use terra_model::{
-    Channel, Contact, ForceLaw, ModelError, Motion, Registry, Vehicle, library_slip,
+    Channel, Contact, ForceLaw, Law, ModelError, Motion, Registry, Vehicle, library_slip,
 };
 
 use crate::effects::{ActiveEffects, LogKind};
 use crate::error::SimError;
+use crate::force_table::Forces;
 use crate::noise::{Stream, White};
+use crate::off_library::WheelView;
 use crate::robot::GRAVITY;
 use crate::scenario::{Scenario, Trial};
 use crate::sensors::sd_of;
@@ -157,6 +159,13 @@ pub fn simulate_rig(
     let parameters = effects.parameters(&soil);
     let mut sensors = Sensors::new(scenario, rover)?;
 
+    let mut hold = White::new(
+        scenario.seed,
+        scenario.run,
+        Stream::RigLoadHold,
+        scenario.world.load_hold,
+    );
+
     let mut truth = RigTruth {
         sinkage: Some(Vec::new()),
         ..RigTruth::default()
@@ -168,19 +177,31 @@ pub fn simulate_rig(
         for &slip in &trial.slip {
             for &load in &trial.normal_load {
                 number += 1;
-                let at = contact(trial, &wheel, slip, load)?;
-                let forces = law
-                    .forces(&parameters, &at)
-                    .map_err(|source| SimError::Trial {
-                        trial: number,
-                        slip,
-                        load,
-                        source,
-                    })?;
-                let seen = effects.contact(law.model(), &soil, &at);
-                let loss = losses(&effects, &wheel, &at, forces.resistive_torque);
-                let speeds = (slip < 1.0).then_some((at.speed, wheel.radius * at.wheel_speed));
+                let wanted = contact(trial, &wheel, slip, load)?;
+                let speeds =
+                    (slip < 1.0).then_some((wanted.speed, wheel.radius * wanted.wheel_speed));
+                let mut known: Option<(f64, Steady)> = None;
                 for _ in 0..trial.repeats {
+                    // A load held exactly needs the model once.
+                    let held = load * (1.0 + hold.draw()).max(0.1);
+                    let steady = match known {
+                        Some((at, steady)) if at == held => steady,
+                        _ => {
+                            let mut at = wanted;
+                            at.normal_load = held;
+                            steady_state(&effects, &law, &parameters, &soil, &wheel, &at).map_err(
+                                |source| SimError::Trial {
+                                    trial: number,
+                                    slip,
+                                    load: held,
+                                    source,
+                                },
+                            )?
+                        }
+                    };
+                    known = Some((held, steady));
+                    let Steady { forces, seen, loss } = steady;
+                    let at = wanted;
                     let pull = forces.drawbar_pull + sensors.force_roughness.draw();
                     let resistive = forces.resistive_torque + sensors.torque_roughness.draw();
                     let torque = resistive + loss;
@@ -199,7 +220,7 @@ pub fn simulate_rig(
                             .map(|w| measured(effects.report(channel, value) + w.draw()))
                     };
                     let (slip_read, speeds_read) = sensors.slip(slip, speeds);
-                    let load_read = effects.report(Channel::NormalLoad, load) + sensors.load.draw();
+                    let load_read = effects.report(Channel::NormalLoad, held) + sensors.load.draw();
                     log.rows.push(RigRow {
                         // Row of the file the log becomes, below its header.
                         line: log.rows.len() as u64 + 2,
@@ -231,6 +252,52 @@ pub fn simulate_rig(
         truth.sinkage = None;
     }
     Ok(RigRun { log, truth })
+}
+
+/// What a wheel settles to.
+#[derive(Clone, Copy)]
+struct Steady {
+    forces: Forces,
+    /// The contact the soil sees.
+    seen: Contact<f64>,
+    /// Torque beside the soil's \[N m\].
+    loss: f64,
+}
+
+fn steady_state(
+    effects: &ActiveEffects,
+    law: &Law,
+    parameters: &[f64],
+    soil: &[f64],
+    wheel: &WheelData,
+    at: &Contact<f64>,
+) -> Result<Steady, ModelError> {
+    // A rig has no angle, no memory and one wheel.
+    let view = WheelView {
+        wheel: 0,
+        angle: 0.0,
+        wheel_speed: at.wheel_speed,
+        mate_speed: at.wheel_speed,
+        speed: at.speed,
+        torque: 0.0,
+        radius: wheel.radius,
+        time: 0.0,
+        memory: 0.0,
+    };
+    let at = effects.unlisted().fold(*at, |contact, (effect, e, _)| {
+        effect.contact(e, &view, contact)
+    });
+    let mut forces = Forces::from(law.forces(parameters, &at)?);
+    let mut loss = losses(effects, wheel, &at, forces.resistive_torque);
+    for (effect, e, _) in effects.unlisted() {
+        forces.drawbar_pull = effect.pull(e, &view, forces.drawbar_pull);
+        loss += effect.loss(e, &view);
+    }
+    Ok(Steady {
+        forces,
+        seen: effects.contact(law.model(), soil, &at),
+        loss,
+    })
 }
 
 fn measured(value: f64) -> Measured {

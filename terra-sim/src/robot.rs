@@ -1,33 +1,42 @@
-//! The truth of a four-wheeled, torque-driven vehicle.
+//! The truth of a four-wheeled, skid-steered vehicle in the plane of the ground.
 //!
 //! # Equation
-//! - m a = Σ F_q + F_other, dv/dt = a - g sin(pitch); a is the specific force an accelerometer reads
-//! - I_zz dr/dt = (t_w/2)\[(F_fr + F_rr) - (F_fl + F_rl)\] - M_res r + l_f (Fy_fl + Fy_fr) - l_r (Fy_rl + Fy_rr) + M_other
+//! - m a_x = Σ Fx_q + F_other, dv/dt = a_x - g sin(pitch) + r v_y; a is the specific force an accelerometer reads
+//! - free: m a_y = Σ Fy_q, dv_y/dt = a_y - g cos(pitch) sin(roll) - r v; the wheel law shears along (slip, tan β)
+//! - held: v_y = 0, the ground holds the vehicle at its centre of mass: a_y = r v + g cos(pitch) sin(roll)
+//! - I_zz dr/dt = Σ (x_q Fy_q - y_q Fx_q) - M_res r + M_other
 //! - I_w dω_q/dt = T_q - T_r,q - b_w ω_q - T_loss,q
-//! - N_f = m (g cos(pitch) l_r - h a)/(2 L), N_r = m (g cos(pitch) l_f + h a)/(2 L) a wheel
-//! - wheel centres travel at v - r t_w/2 (left) and v + r t_w/2 (right); path = ∫ v dt
+//! - loads: [`crate::loads`]; wheel centres at (x_q, y_q) travel at (v - r y_q, v_y + r x_q); path = ∫ v dt
+//! - pose in the ground's plane: x' = v cos ψ - v_y sin ψ, y' = v sin ψ + v_y cos ψ, ψ' = r
 //!
-//! Loads depend on a, a on the wheel forces, those on the loads. The one unknown a is solved by secant steps on
+//! Held is the nominal vehicle, whose turning is resisted by M_res alone; free is the vehicle as soil mechanics has it,
+//! and M_res comes on top. Straight on level ground they are the same to the last bit.
+//!
+//! Loads depend on a, a on the wheel forces, those on the loads. The unknown a_x is solved by secant steps on
 //! "acceleration of the forces at the loads of a, less a", started from the last instant's a and slope, until they
-//! agree within 1e-10 m/s² (1e-6 m/s² where the forces themselves jump); without load transfer and load effects one evaluation is exact.
+//! agree within 1e-10 m/s² (1e-6 m/s² where the forces themselves jump); a_y, on which the forces hardly depend, is
+//! substituted along the way. Without load transfer and load effects one evaluation is exact.
 //!
 //! # Reference
 //! L. E. Ray, Proc. SPIE 2008, eqs 1-6; load transfer by the balance of moments about the ground.
 
-use terra_model::{Motion, STANDSTILL_SPEED, Vehicle};
+use terra_model::{Motion, STANDSTILL_SPEED};
 
 use crate::control::Control;
-use crate::effects::ActiveEffects;
+use crate::effects::{ActiveEffects, MEMORIES};
 use crate::error::SimError;
-use crate::force_table::ForceTable;
+use crate::ground::{Ground, Ruts};
+use crate::loads::LoadedVehicle;
 use crate::noise::Roughness;
+use crate::off_library::WheelView;
 use crate::wheel::{WheelMotion, WheelState, smooth_sign};
 
 /// g \[m/s²\], the value of the reference vehicle's loads (245.25 N a wheel of 100 kg).
 pub const GRAVITY: f64 = 9.81;
 
-/// v, r, ω of the four wheels, path, torque of each speed controller's integral.
-pub(crate) const STATES: usize = 11;
+/// v, r, ω of the four wheels, path, torque of each speed controller's integral, v_y, motor torques, what effects
+/// remember, wheel angles, heading, x, y.
+pub(crate) const STATES: usize = 23 + 4 * MEMORIES;
 /// Index of v.
 pub(crate) const SPEED: usize = 0;
 /// Index of r.
@@ -38,6 +47,18 @@ pub(crate) const WHEELS_AT: usize = 2;
 pub(crate) const PATH: usize = 6;
 /// Index of the first controller integral.
 pub(crate) const INTEGRALS_AT: usize = 7;
+/// Index of v_y.
+pub(crate) const LATERAL_SPEED: usize = 11;
+/// Index of the first motor torque.
+pub(crate) const MOTORS_AT: usize = 12;
+/// Index of the first memory.
+const MEMORY_AT: usize = 16;
+/// Index of the first wheel angle.
+const ANGLES_AT: usize = MEMORY_AT + 4 * MEMORIES;
+/// Index of ψ.
+pub(crate) const HEADING: usize = ANGLES_AT + 4;
+/// Index of x, before y.
+pub(crate) const POSITION: usize = HEADING + 1;
 
 /// Four values of the state from an index.
 pub(crate) fn four(y: &[f64; STATES], from: usize) -> [f64; 4] {
@@ -47,8 +68,8 @@ pub(crate) fn four(y: &[f64; STATES], from: usize) -> [f64; 4] {
 /// What a segment declares about the ground and the load.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Surroundings {
-    /// Inclination with the slope effect \[rad\].
-    pub(crate) vehicle: Vehicle<f64>,
+    /// The vehicle with its payload on its ground.
+    pub(crate) vehicle: LoadedVehicle,
     /// \[N\].
     pub(crate) tow_load: f64,
     /// From 1.
@@ -62,21 +83,42 @@ pub(crate) struct Instant {
     pub(crate) rate: [f64; STATES],
     /// Specific force along x \[m/s²\].
     pub(crate) specific_force: f64,
+    /// Specific force along y \[m/s²\].
+    pub(crate) side_force: f64,
     /// Torque the motors deliver \[N m\].
     pub(crate) motor_torque: [f64; 4],
     /// Wheels.
     pub(crate) wheels: [WheelState; 4],
 }
 
+/// Start of the next solution for the accelerations.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Warm {
+    ahead: f64,
+    slope: f64,
+    aside: f64,
+}
+
+impl Warm {
+    /// Nothing known.
+    pub(crate) const COLD: Warm = Warm {
+        ahead: 0.0,
+        slope: -1.0,
+        aside: 0.0,
+    };
+}
+
 /// The vehicle on its soil.
 pub(crate) struct Robot {
-    /// What the left and the right wheels stand on.
-    pub(crate) ground: [ForceTable; 2],
+    pub(crate) ground: Ground,
     pub(crate) effects: ActiveEffects,
     pub(crate) force_roughness: [Roughness; 4],
     pub(crate) torque_roughness: [Roughness; 4],
-    /// Last acceleration and last slope of the residual: a start for the next solution.
-    pub(crate) warm: (f64, f64),
+    /// The soil alone holds the vehicle sideways.
+    pub(crate) slides: bool,
+    /// Ruts, where they are remembered.
+    pub(crate) ruts: Option<Ruts>,
+    pub(crate) warm: Warm,
 }
 
 /// Agreement of acceleration and loads \[m/s²\], relative above 1 m/s².
@@ -88,6 +130,61 @@ const PATIENCE: usize = 20;
 const MAX_ITERATIONS: usize = 60;
 
 impl Robot {
+    /// States that decide on the integrator's step: all that feed back in this run. The others are integrals of these.
+    pub(crate) fn watched(&self, lag: bool) -> usize {
+        if self.effects.remember() {
+            ANGLES_AT
+        } else if lag {
+            MEMORY_AT
+        } else if self.slides {
+            LATERAL_SPEED + 1
+        } else {
+            LATERAL_SPEED
+        }
+    }
+
+    /// The wheel as an off-library effect sees it.
+    pub(crate) fn view(
+        &self,
+        wheel: usize,
+        time: f64,
+        y: &[f64; STATES],
+        radius: f64,
+        torque: f64,
+    ) -> WheelView {
+        WheelView {
+            wheel,
+            angle: y[ANGLES_AT + wheel],
+            wheel_speed: y[WHEELS_AT + wheel],
+            mate_speed: y[WHEELS_AT + (wheel ^ 1)],
+            speed: y[SPEED],
+            torque,
+            radius,
+            time,
+            memory: 0.0,
+        }
+    }
+
+    /// The view with what this effect remembers there.
+    pub(crate) fn recall(view: &WheelView, memory: Option<usize>, y: &[f64; STATES]) -> WheelView {
+        WheelView {
+            memory: memory.map_or(0.0, |m| y[MEMORY_AT + 4 * m + view.wheel]),
+            ..*view
+        }
+    }
+
+    /// Places of the wheels in the plane \[m\].
+    pub(crate) fn places(&self, y: &[f64; STATES], vehicle: &LoadedVehicle) -> [(f64, f64); 4] {
+        let (sin, cos) = y[HEADING].sin_cos();
+        std::array::from_fn(|q| {
+            let (ahead, left) = vehicle.wheel(q);
+            (
+                y[POSITION] + cos * ahead - sin * left,
+                y[POSITION + 1] + sin * ahead + cos * left,
+            )
+        })
+    }
+
     /// Rates and forces at one instant.
     pub(crate) fn instant(
         &mut self,
@@ -96,10 +193,16 @@ impl Robot {
         around: &Surroundings,
         control: &Control,
     ) -> Result<Instant, SimError> {
-        let car = &around.vehicle;
-        let motor = control.torque(time, four(y, WHEELS_AT), four(y, INTEGRALS_AT));
-        let coupled = car.cg_height != 0.0 || self.effects.any_loads();
-        let (mut a, mut slope) = self.warm;
+        let motor = control.torque(time, y);
+        let coupled = around.vehicle.car.cg_height != 0.0 || self.effects.any_loads();
+        let Warm {
+            ahead: mut a,
+            mut slope,
+            mut aside,
+        } = self.warm;
+        if !self.slides {
+            aside = y[YAW_RATE] * y[SPEED] + around.vehicle.side_gravity();
+        }
         let mut last: Option<(f64, f64)> = None;
         for iteration in 0..MAX_ITERATIONS {
             let tolerance = if iteration < PATIENCE {
@@ -107,12 +210,15 @@ impl Robot {
             } else {
                 LOOSE_TOLERANCE
             };
-            let (found, instant) = self.at_acceleration(time, y, around, &motor, a)?;
-            let residual = found - a;
-            if !residual.is_finite() {
+            let instant = self.at_acceleration(time, y, around, &motor, (a, aside))?;
+            let residual = instant.specific_force - a;
+            let side = instant.side_force - aside;
+            if !(residual.is_finite() && side.is_finite()) {
                 return Err(SimError::NotFinite { time });
             }
-            if !coupled || residual.abs() <= tolerance * (1.0 + a.abs()) {
+            let settled = residual.abs() <= tolerance * (1.0 + a.abs())
+                && side.abs() <= tolerance * (1.0 + aside.abs());
+            if !coupled || settled {
                 if let Some((wheel, state)) = instant
                     .wheels
                     .iter()
@@ -125,12 +231,18 @@ impl Robot {
                         load: state.normal_load,
                     });
                 }
-                self.warm = (found, slope);
+                self.warm = Warm {
+                    ahead: instant.specific_force,
+                    slope,
+                    aside: instant.side_force,
+                };
                 let mut instant = instant;
-                control.integral_rate(time, y, &mut instant.rate);
+                control.rates(time, y, &mut instant.rate);
                 return Ok(instant);
             }
-            if let Some((a_last, residual_last)) = last {
+            if let Some((a_last, residual_last)) = last
+                && a != a_last
+            {
                 let secant = (residual - residual_last) / (a - a_last);
                 // d(found)/da is well below 1 in size for any stable vehicle; outside that, plain substitution.
                 slope = if (-2.0..=-0.3).contains(&secant) {
@@ -141,45 +253,77 @@ impl Robot {
             }
             last = Some((a, residual));
             a -= residual / slope;
+            aside = instant.side_force;
         }
         let residual = last.map_or(f64::NAN, |(_, r)| r);
-        self.warm = (0.0, -1.0);
+        self.warm = Warm::COLD;
         Err(SimError::LoadTransfer { time, residual })
     }
 
-    /// Forces at the loads of an assumed specific force; returns the specific force they give.
+    /// Forces at the loads of assumed specific forces; the specific forces they give are in the answer.
     fn at_acceleration(
         &mut self,
         time: f64,
         y: &[f64; STATES],
         around: &Surroundings,
         motor: &[f64; 4],
-        a: f64,
-    ) -> Result<(f64, Instant), SimError> {
-        let car = &around.vehicle;
-        let (v, r) = (y[SPEED], y[YAW_RATE]);
+        (ahead, aside): (f64, f64),
+    ) -> Result<Instant, SimError> {
+        let vehicle = &around.vehicle;
+        let car = &vehicle.car;
+        let (v, r, vy) = (y[SPEED], y[YAW_RATE], y[LATERAL_SPEED]);
         let speeds = four(y, WHEELS_AT);
-        let to_rear = car.wheelbase - car.cg_to_front_axle;
-        let (weight, transfer) = (GRAVITY * car.pitch.cos(), car.cg_height * a);
-        let front = car.mass * (weight * to_rear - transfer) / (2.0 * car.wheelbase);
-        let rear = car.mass * (weight * car.cg_to_front_axle + transfer) / (2.0 * car.wheelbase);
+        let normal = vehicle.normal(ahead, aside);
+        let places = self.ruts.is_some().then(|| self.places(y, vehicle));
+        let mut rate = [0.0; STATES];
+        let mut lost = [0.0; 4];
 
         let mut wheels = [WheelState::default(); 4];
         for (q, state) in wheels.iter_mut().enumerate() {
+            let view = self.view(q, time, y, car.wheel_radius, motor[q]);
+            let mut radius = car.wheel_radius;
+            for (effect, e, memory) in self.effects.unlisted() {
+                let at = Self::recall(&view, memory, y);
+                radius *= effect.radius(e, &at);
+                lost[q] += effect.loss(e, &at);
+            }
             let right = q % 2 == 1;
+            let x = vehicle.wheel(q).0;
             let motion = WheelMotion {
                 wheel: q,
-                travel_speed: v + if right { 0.5 } else { -0.5 } * r * car.track,
+                travel_speed: v
+                    + if right { 0.5 } else { -0.5 } * r * car.track
+                    + vehicle.cg_left * r,
+                lateral_speed: vy + r * x,
+                slides: self.slides,
                 wheel_speed: speeds[q],
                 yaw_rate: r,
                 path: y[PATH],
                 time,
-                normal_load: if q < 2 { front } else { rear },
-                radius: car.wheel_radius,
+                normal_load: normal[q],
+                radius,
                 width: car.wheel_width,
+                wheelbase: car.wheelbase,
                 pass: around.pass,
+                rut: places
+                    .zip(self.ruts.as_ref())
+                    .map(|(places, ruts)| ruts.passes(places[q])),
             };
-            *state = motion.forces(&mut self.ground[usize::from(right)])?;
+            let (ground, effects) = (&mut self.ground, &self.effects);
+            *state = motion.forces(&mut |contact| {
+                let changed = effects.unlisted().fold(*contact, |c, (effect, e, memory)| {
+                    effect.contact(e, &Self::recall(&view, memory, y), c)
+                });
+                ground.forces(q, y[PATH] + x, &changed)
+            })?;
+            let model_pull = state.drawbar_pull;
+            for (effect, e, memory) in self.effects.unlisted() {
+                let at = Self::recall(&view, memory, y);
+                state.drawbar_pull = effect.pull(e, &at, state.drawbar_pull);
+                if let Some(m) = memory {
+                    rate[MEMORY_AT + 4 * m + q] = effect.memory_rate(e, &at, model_pull);
+                }
+            }
             // Rough ground shakes a wheel that moves, not one that stands.
             let moving = (car.wheel_radius * speeds[q]).abs().max(v.abs()) / STANDSTILL_SPEED;
             let share = smooth_sign(moving);
@@ -187,7 +331,7 @@ impl Robot {
             state.resistive_torque += share * self.torque_roughness[q].at(time);
         }
 
-        let dv = a - GRAVITY * car.pitch.sin();
+        let dv = ahead - GRAVITY * car.pitch.sin();
         let mut motion = Motion {
             speed: v,
             acceleration: dv,
@@ -207,36 +351,53 @@ impl Robot {
             motion.wheel_torque = passed;
             body = self.effects.loads(car, &motion);
         }
+        for (effect, e, _) in self.effects.unlisted() {
+            let (force, moment) = effect.body(e, v, time);
+            body.force_x += force;
+            body.yaw_moment += moment;
+        }
         let tow = around.tow_load * (v / STANDSTILL_SPEED).tanh();
 
         let [fl, fr, rl, rr] = wheels.map(|w| w.drawbar_pull);
         // Summed by axle so that a mirrored run is the mirror image to the last bit.
-        let force = (fl + fr) + (rl + rr) + body.force_x - tow;
-        let specific_force = force / car.mass;
+        let pull = (fl + fr) + (rl + rr);
+        let specific_force = (pull + body.force_x - tow) / car.mass;
         let [yfl, yfr, yrl, yrr] = wheels.map(|w| w.lateral_force);
         let moment = 0.5 * car.track * ((fr + rr) - (fl + rl)) - car.yaw_damping * r
             + body.yaw_moment
-            + (car.cg_to_front_axle * (yfl + yfr) - to_rear * (yrl + yrr));
+            + (car.cg_to_front_axle * (yfl + yfr) - vehicle.rear_arm() * (yrl + yrr))
+            + vehicle.cg_left * pull;
 
-        let mut rate = [0.0; STATES];
         rate[SPEED] = specific_force - GRAVITY * car.pitch.sin();
+        let side_force = if self.slides {
+            let found = ((yfl + yfr) + (yrl + yrr)) / car.mass;
+            rate[SPEED] += r * vy;
+            rate[LATERAL_SPEED] = found - vehicle.side_gravity() - r * v;
+            found
+        } else {
+            aside
+        };
         rate[YAW_RATE] = moment / car.yaw_inertia;
         for q in 0..4 {
             rate[WHEELS_AT + q] = (motor[q]
                 - wheels[q].resistive_torque
                 - car.wheel_damping * speeds[q]
-                - body.wheel_torque[q])
+                - body.wheel_torque[q]
+                - lost[q])
                 / car.wheel_inertia;
+            rate[ANGLES_AT + q] = speeds[q];
         }
         rate[PATH] = v;
-        Ok((
+        let (sin, cos) = y[HEADING].sin_cos();
+        rate[HEADING] = r;
+        rate[POSITION] = v * cos - vy * sin;
+        rate[POSITION + 1] = v * sin + vy * cos;
+        Ok(Instant {
+            rate,
             specific_force,
-            Instant {
-                rate,
-                specific_force,
-                motor_torque: *motor,
-                wheels,
-            },
-        ))
+            side_force,
+            motor_torque: *motor,
+            wheels,
+        })
     }
 }

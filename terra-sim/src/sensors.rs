@@ -1,56 +1,22 @@
-//! From the truth of a drive to its log: sensor effects, delay, white noise.
+//! From the truth of a drive to its log: sensor effects, delay, white noise, and what `[sensor.<channel>]` adds.
 //!
-//! Reported = report(truth, late by the delay of an effect) + noise, noise of sd `[noise]` x `noise_scale`, one random
-//! stream a channel and wheel. The log has what the vehicle of the reference paper measures (wheel speeds, applied
-//! torques, ground speed, yaw rate, specific force), sinkage when `[noise]` names its sensor, and what the operator
-//! declared (pitch, payload, pass).
+//! Reading = quantised(saturated(scale x report(truth, late) + bias + noise + outlier)), or missing. Noise has the sd of
+//! `[noise]` x `noise_scale` (or the sensor's own), one random stream a channel and wheel, and another for its faults.
+//! The log has what the vehicle of the reference paper measures (wheel speeds, applied torques, ground speed, yaw rate,
+//! specific force), sinkage when `[noise]` names its sensor, whatever else a `[sensor.<channel>]` names, and what the
+//! operator declared (pitch, roll, payload, pass).
 
-use std::array;
+use std::borrow::Cow;
 
-use terra_data::{DriveLog, GroundSpeedSource, Noise, Rover, Series};
+use terra_data::{DriveLog, GroundSpeedSource, Noise, Rover, Series, WHEELS};
 use terra_model::Channel;
 
 use crate::effects::ActiveEffects;
 use crate::error::SimError;
-use crate::noise::{Stream, White};
-use crate::scenario::Scenario;
+use crate::history::{History, Known};
+use crate::noise::{Faults, Stream, White};
+use crate::scenario::{Scenario, SensorSettings};
 use crate::truth::DriveTruth;
-
-/// v at each step of the integrator, for sensors that are late.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct SpeedHistory {
-    /// (t, v), in order; a reset starts a new piece.
-    pieces: Vec<Vec<(f64, f64)>>,
-}
-
-impl SpeedHistory {
-    pub(crate) fn begin(&mut self, time: f64, speed: f64) {
-        self.pieces.push(vec![(time, speed)]);
-    }
-
-    pub(crate) fn push(&mut self, time: f64, speed: f64) {
-        if let Some(piece) = self.pieces.last_mut() {
-            piece.push((time, speed));
-        }
-    }
-
-    /// v a while before `time`, straight between steps; before the piece began, as at its beginning.
-    fn at(&self, time: f64, delay: f64) -> Option<f64> {
-        let piece = self
-            .pieces
-            .iter()
-            .rev()
-            .find(|p| p.first().is_some_and(|(t, _)| *t <= time + 1e-12))?;
-        let wanted = time - delay;
-        let after = piece.partition_point(|(t, _)| *t <= wanted);
-        let (before, next) = (piece.get(after.wrapping_sub(1)), piece.get(after));
-        match (before, next) {
-            (Some((t0, v0)), Some((t1, v1))) => Some(v0 + (v1 - v0) * (wanted - t0) / (t1 - t0)),
-            (Some((_, v)), None) | (None, Some((_, v))) => Some(*v),
-            (None, None) => None,
-        }
-    }
-}
 
 /// The 1-sigma of a channel; missing is an error unless the run is without noise.
 pub(crate) fn sd_of(noise: &Noise, key: &str, scale: f64) -> Result<f64, SimError> {
@@ -67,93 +33,269 @@ pub(crate) fn sd_of(noise: &Noise, key: &str, scale: f64) -> Result<f64, SimErro
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Declared {
     pub(crate) pitch: Option<Series>,
+    pub(crate) roll: Option<Series>,
     pub(crate) payload: Option<Series>,
     pub(crate) pass: Option<Series>,
+}
+
+/// Channels that every log has: their noise must be declared.
+const USUAL: [&str; 5] = [
+    "wheel_speed_rad_s",
+    "wheel_torque_N_m",
+    "ground_speed_m_s",
+    "yaw_rate_rad_s",
+    "accel_x_m_s2",
+];
+
+/// All that readings are made of.
+struct Bench<'a> {
+    truth: &'a DriveTruth,
+    history: &'a History,
+    scenario: &'a Scenario,
+    rover: &'a Rover,
+    effects: &'a ActiveEffects,
+}
+
+/// One channel of one wheel or of the body.
+struct Source<'a> {
+    /// Column without its wheel.
+    key: &'static str,
+    /// Column.
+    column: String,
+    values: &'a [f64],
+    known: Option<Known>,
+    channel: Option<Channel>,
+    stream: Stream,
+}
+
+impl Bench<'_> {
+    /// What the scenario says of this sensor: of the wheel's own before that of all wheels.
+    fn settings(&self, source: &Source<'_>) -> SensorSettings {
+        let sensors = &self.scenario.world.sensors;
+        sensors
+            .get(&source.column)
+            .or_else(|| sensors.get(source.key))
+            .copied()
+            .unwrap_or_default()
+    }
+
+    fn named(&self, key: &str) -> bool {
+        let sensors = &self.scenario.world.sensors;
+        let (stem, unit) = wheel_column(key);
+        sensors.contains_key(key)
+            || WHEELS
+                .iter()
+                .any(|w| sensors.contains_key(&format!("{stem}_{w}{unit}")))
+    }
+
+    /// The truth as late as sensor and effects have it.
+    fn late<'v>(&self, source: &Source<'v>, delay: f64) -> Cow<'v, [f64]> {
+        if delay <= 0.0 {
+            return Cow::Borrowed(source.values);
+        }
+        let time = &self.truth.time;
+        let late = time
+            .iter()
+            .zip(source.values)
+            .map(|(&t, &now)| match source.known {
+                Some(known) => self.history.at(known, t, delay).unwrap_or(now),
+                // Not a state: straight between rows, never across a reset.
+                None => {
+                    let began = self.history.began(t).unwrap_or(t);
+                    between(time, source.values, (t - delay).max(began)).unwrap_or(now)
+                }
+            });
+        Cow::Owned(late.collect())
+    }
+
+    fn series(&self, source: &Source<'_>) -> Result<Series, SimError> {
+        let settings = self.settings(source);
+        let scale = self.scenario.noise_scale;
+        let sd = match settings.noise {
+            Some(sd) => sd * scale,
+            // A channel that only its own table asks for is as good as that table says.
+            None if !USUAL.contains(&source.key) => {
+                self.rover.noise.get(source.key).unwrap_or(0.0) * scale
+            }
+            None => sd_of(&self.rover.noise, source.key, scale)?,
+        };
+        let (seed, run) = (self.scenario.seed, self.scenario.run);
+        let mut white = White::new(seed, run, source.stream, sd);
+        let mut faults = Faults::new(seed, run, source.stream);
+        let effect_delay = source.channel.map_or(0.0, |c| self.effects.delay(c));
+        let late = self.late(source, effect_delay + settings.delay);
+        let plain = settings == SensorSettings::default();
+        let mut last_tick = None;
+        let readings = late.iter().zip(&self.truth.time).map(|(&v, &t)| {
+            let report = source.channel.map_or(v, |c| self.effects.report(c, v));
+            if plain {
+                return Some(report + white.draw());
+            }
+            let [missing, off, sign] = faults.draw();
+            let mut x = settings.scale * report + settings.bias + white.draw();
+            if off < settings.outliers {
+                x += if sign < 0.5 { -1.0 } else { 1.0 } * settings.outlier_size;
+            }
+            x = x.max(settings.min).min(settings.max);
+            if settings.step > 0.0 {
+                x = settings.step * (x / settings.step).round();
+            }
+            let ticks = settings.rate.is_none_or(|rate| {
+                let tick = (t * rate + 1e-6).floor();
+                last_tick.replace(tick) != Some(tick)
+            });
+            (ticks && missing >= settings.dropout).then_some(x)
+        });
+        Ok(readings.collect())
+    }
+
+    /// One channel of all wheels.
+    fn wheels(
+        &self,
+        key: &'static str,
+        values: &[Vec<f64>; 4],
+        known: Option<fn(usize) -> Known>,
+        channel: Option<Channel>,
+        stream: fn(usize) -> Stream,
+    ) -> Result<[Series; 4], SimError> {
+        let (stem, unit) = wheel_column(key);
+        let one = |q: usize| {
+            self.series(&Source {
+                key,
+                column: format!("{stem}_{}{unit}", WHEELS[q]),
+                values: &values[q],
+                known: known.map(|k| k(q)),
+                channel,
+                stream: stream(q),
+            })
+        };
+        Ok([one(0)?, one(1)?, one(2)?, one(3)?])
+    }
+
+    /// One channel of the body.
+    fn body(
+        &self,
+        key: &'static str,
+        values: &[f64],
+        known: Option<Known>,
+        channel: Option<Channel>,
+        stream: Stream,
+    ) -> Result<Series, SimError> {
+        self.series(&Source {
+            key,
+            column: key.to_owned(),
+            values,
+            known,
+            channel,
+            stream,
+        })
+    }
+}
+
+/// Where the wheel's name stands in a column of each wheel.
+fn wheel_column(key: &str) -> (&str, &str) {
+    ["wheel_speed", "wheel_torque", "sinkage", "normal_load"]
+        .iter()
+        .find_map(|stem| key.split_at_checked(stem.len()).filter(|(s, _)| s == stem))
+        .unwrap_or((key, ""))
+}
+
+/// Straight between rows.
+fn between(time: &[f64], values: &[f64], wanted: f64) -> Option<f64> {
+    let after = time.partition_point(|t| *t <= wanted);
+    let row = |i: usize| Some((*time.get(i)?, *values.get(i)?));
+    match (after.checked_sub(1).and_then(row), row(after)) {
+        (Some((t0, a)), Some((t1, b))) => Some(a + (b - a) * (wanted - t0) / (t1 - t0)),
+        (Some((_, v)), None) | (None, Some((_, v))) => Some(v),
+        (None, None) => None,
+    }
 }
 
 /// The log of a drive.
 pub(crate) fn log(
     truth: &DriveTruth,
-    history: &SpeedHistory,
+    history: &History,
     declared: Declared,
     scenario: &Scenario,
     rover: &Rover,
     effects: &ActiveEffects,
 ) -> Result<DriveLog, SimError> {
-    let sd = |key: &str| sd_of(&rover.noise, key, scenario.noise_scale);
-    let channel = |values: &[f64], what: Channel, stream: Stream, sd: f64| -> Series {
-        let mut white = White::new(scenario.seed, scenario.run, stream, sd);
-        values
-            .iter()
-            .map(|v| Some(effects.report(what, *v) + white.draw()))
-            .collect()
+    let bench = Bench {
+        truth,
+        history,
+        scenario,
+        rover,
+        effects,
     };
-
-    let sd_speed = sd("wheel_speed_rad_s")?;
-    let wheel_speed = array::from_fn(|q| {
-        channel(
-            &truth.wheel_speed[q],
-            Channel::WheelSpeed,
-            Stream::WheelSpeed(q),
-            sd_speed,
-        )
-    });
-    let sd_torque = sd("wheel_torque_N_m")?;
-    let wheel_torque = array::from_fn(|q| {
-        channel(
-            &truth.wheel_torque[q],
-            Channel::WheelTorque,
-            Stream::WheelTorque(q),
-            sd_torque,
-        )
-    });
-
+    let wheel_speed = bench.wheels(
+        "wheel_speed_rad_s",
+        &truth.speed_reading,
+        // An encoder that an effect bends is late between rows; a sound one between steps.
+        effects.unlisted().next().is_none().then_some(Known::Wheel),
+        Some(Channel::WheelSpeed),
+        Stream::WheelSpeed,
+    )?;
+    let wheel_torque = bench.wheels(
+        "wheel_torque_N_m",
+        &truth.torque_reading,
+        None,
+        Some(Channel::WheelTorque),
+        Stream::WheelTorque,
+    )?;
     let ground_speed = match rover.filter.ground_speed {
         GroundSpeedSource::None => None,
-        GroundSpeedSource::Log => {
-            let delay = effects.delay(Channel::GroundSpeed);
-            let late: Vec<f64>;
-            let values = if delay > 0.0 {
-                late = truth
-                    .time
-                    .iter()
-                    .zip(&truth.ground_speed)
-                    .map(|(t, v)| history.at(*t, delay).unwrap_or(*v))
-                    .collect();
-                &late
-            } else {
-                &truth.ground_speed
-            };
-            Some(channel(
-                values,
-                Channel::GroundSpeed,
-                Stream::GroundSpeed,
-                sd("ground_speed_m_s")?,
-            ))
-        }
+        GroundSpeedSource::Log => Some(bench.body(
+            "ground_speed_m_s",
+            &truth.ground_speed,
+            Some(Known::Speed),
+            Some(Channel::GroundSpeed),
+            Stream::GroundSpeed,
+        )?),
     };
-    let yaw_rate = channel(
+    let yaw_rate = bench.body(
+        "yaw_rate_rad_s",
         &truth.yaw_rate,
-        Channel::YawRate,
+        Some(Known::YawRate),
+        Some(Channel::YawRate),
         Stream::YawRate,
-        sd("yaw_rate_rad_s")?,
-    );
-    let accel_x = channel(
+    )?;
+    let accel_x = bench.body(
+        "accel_x_m_s2",
         &truth.accel_x,
-        Channel::AccelX,
+        None,
+        Some(Channel::AccelX),
         Stream::AccelX,
-        sd("accel_x_m_s2")?,
-    );
-    let sinkage = match (&truth.sinkage, rover.noise.get("sinkage_m")) {
-        (Some(z), Some(sd)) => {
-            let sd = sd * scenario.noise_scale;
-            Some(array::from_fn(|q| {
-                channel(&z[q], Channel::Sinkage, Stream::Sinkage(q), sd)
-            }))
+    )?;
+    let sinkage_key = "sinkage_m";
+    let sinkage = match &truth.sinkage {
+        Some(z) if rover.noise.get(sinkage_key).is_some() || bench.named(sinkage_key) => {
+            Some(bench.wheels(
+                sinkage_key,
+                z,
+                None,
+                Some(Channel::Sinkage),
+                Stream::Sinkage,
+            )?)
         }
         _ => None,
     };
-
+    let normal_load = if bench.named("normal_load_N") {
+        Some(bench.wheels(
+            "normal_load_N",
+            &truth.normal_load,
+            None,
+            Some(Channel::NormalLoad),
+            Stream::NormalLoad,
+        )?)
+    } else {
+        None
+    };
+    let extra = |key: &'static str, values: &[f64], known, stream| {
+        bench
+            .named(key)
+            .then(|| bench.body(key, values, known, None, stream))
+            .transpose()
+    };
     Ok(DriveLog {
         time: truth.time.clone(),
         segments: truth.segments.clone(),
@@ -162,8 +304,23 @@ pub(crate) fn log(
         ground_speed,
         yaw_rate: Some(yaw_rate),
         accel_x: Some(accel_x),
+        accel_y: extra("accel_y_m_s2", &truth.accel_y, None, Stream::AccelY)?,
+        lateral_speed: extra(
+            "lateral_speed_m_s",
+            &truth.lateral_speed,
+            Some(Known::LateralSpeed),
+            Stream::LateralSpeed,
+        )?,
+        distance: extra(
+            "distance_m",
+            &truth.distance,
+            Some(Known::Path),
+            Stream::Distance,
+        )?,
         sinkage,
+        normal_load,
         pitch: declared.pitch,
+        roll: declared.roll,
         payload: declared.payload,
         pass: declared.pass,
         ..DriveLog::default()

@@ -24,20 +24,38 @@ pub struct DriveTruth {
     pub wheel_torque: [Vec<f64>; 4],
     /// v \[m/s\].
     pub ground_speed: Vec<f64>,
+    /// v_y at the centre of mass, left positive \[m/s\]; 0 on a vehicle that is held.
+    pub lateral_speed: Vec<f64>,
     /// r \[rad/s\].
     pub yaw_rate: Vec<f64>,
     /// Specific force along x \[m/s²\].
     pub accel_x: Vec<f64>,
+    /// Specific force along y \[m/s²\].
+    pub accel_y: Vec<f64>,
     /// Inclination of the ground, effects included \[rad\].
     pub pitch: Vec<f64>,
+    /// Side slope, left side up positive \[rad\].
+    pub roll: Vec<f64>,
     /// ∫ v dt since the run or the last reset began \[m\].
     pub distance: Vec<f64>,
+    /// ψ since the run or the last reset began \[rad\].
+    pub heading: Vec<f64>,
+    /// x and y of the centre of mass in the ground's plane \[m\].
+    pub position: [Vec<f64>; 2],
     /// F_x of each wheel on the vehicle, roughness included \[N\].
     pub drawbar_pull: [Vec<f64>; 4],
+    /// F_y of each wheel on the vehicle \[N\].
+    pub lateral_force: [Vec<f64>; 4],
     /// T_r \[N m\].
     pub resistive_torque: [Vec<f64>; 4],
     /// z \[m\]; none for a model without one.
     pub sinkage: Option<[Vec<f64>; 4]>,
+    /// β of each wheel, left positive \[rad\].
+    pub slip_angle: [Vec<f64>; 4],
+    /// Torque as the drive's electronics know it, before sensor effects and noise \[N m\].
+    pub torque_reading: [Vec<f64>; 4],
+    /// Wheel speed as the encoder turns, before sensor effects and noise \[rad/s\].
+    pub speed_reading: [Vec<f64>; 4],
     /// Library slip that the soil sees, effects on the contact included \[1\].
     pub slip: [Vec<f64>; 4],
     /// W that the soil carries \[N\].
@@ -71,6 +89,12 @@ impl DriveTruth {
             ("accel_x_m_s2", &self.accel_x),
             ("pitch_rad", &self.pitch),
             ("distance_m", &self.distance),
+            ("lateral_speed_m_s", &self.lateral_speed),
+            ("accel_y_m_s2", &self.accel_y),
+            ("roll_rad", &self.roll),
+            ("heading_rad", &self.heading),
+            ("position_x_m", &self.position[0]),
+            ("position_y_m", &self.position[1]),
         ] {
             columns.push(TruthColumn {
                 name: name.into(),
@@ -89,6 +113,8 @@ impl DriveTruth {
         }
         four(&mut columns, "slip", "", &self.slip);
         four(&mut columns, "normal_load", "_N", &self.normal_load);
+        four(&mut columns, "lateral_force", "_N", &self.lateral_force);
+        four(&mut columns, "slip_angle", "_rad", &self.slip_angle);
         columns
     }
 }

@@ -9,12 +9,16 @@
 //!   smooth step of v/.05 m/s: a resistance, not a thrust.
 //!
 //! Farther from standstill all three are the model itself, exactly. A wheel that turns against a motion of more than
-//! .05 m/s with a rim of more than .05 m/s is an error.
+//! .05 m/s with a rim of more than .05 m/s is an error on a vehicle that is held from sliding. On one that slides freely
+//! it is what happens to the inner wheels of a tight turn: the faster of rim and travel names the direction, slip is 1 or
+//! -1, and the row is flagged.
+//!
+//! Slip angle: tan β = v_y/max(|v_x|, .05 m/s) of the wheel's centre, left positive.
 
 use terra_model::{Contact, ModelError, STANDSTILL_SPEED};
 
 use crate::error::SimError;
-use crate::force_table::ForceTable;
+use crate::force_table::Forces;
 
 /// What the ground does to one wheel.
 #[derive(Clone, Copy, Debug, Default)]
@@ -42,8 +46,12 @@ pub(crate) struct WheelState {
 pub(crate) struct WheelMotion {
     /// Wheel, 0 to 3.
     pub(crate) wheel: usize,
-    /// v of the wheel's centre \[m/s\].
+    /// v_x of the wheel's centre \[m/s\].
     pub(crate) travel_speed: f64,
+    /// v_y of the wheel's centre \[m/s\].
+    pub(crate) lateral_speed: f64,
+    /// The soil's own shear holds the wheel sideways.
+    pub(crate) slides: bool,
     /// ω \[rad/s\].
     pub(crate) wheel_speed: f64,
     /// r \[rad/s\].
@@ -58,8 +66,12 @@ pub(crate) struct WheelMotion {
     pub(crate) radius: f64,
     /// b \[m\].
     pub(crate) width: f64,
+    /// Distance between the axles \[m\].
+    pub(crate) wheelbase: f64,
     /// Pass of the vehicle over this track, from 1.
     pub(crate) pass: u32,
+    /// Passes this run left in the wheel's track, where it is remembered.
+    pub(crate) rut: Option<u32>,
 }
 
 /// Odd, smooth, ±1 at and beyond ±1.
@@ -88,7 +100,17 @@ impl WheelMotion {
         contact.wheel_speed = self.wheel_speed;
         contact.yaw_rate = self.yaw_rate;
         contact.path = self.path;
-        contact.earlier_passes = f64::from(self.pass) - if leads { 1.0 } else { 0.0 };
+        contact.earlier_passes = match self.rut {
+            None => f64::from(self.pass) - if leads { 1.0 } else { 0.0 },
+            Some(passes) => f64::from(self.pass - 1) + f64::from(passes),
+        };
+        contact.wheelbase = self.wheelbase;
+        contact.slip_angle = self
+            .lateral_speed
+            .atan2(self.travel_speed.abs().max(STANDSTILL_SPEED));
+        if self.slides && self.lateral_speed != 0.0 {
+            contact.hooks.lateral_slip = Some(contact.slip_angle.tan());
+        }
         contact.side = if left { -1.0 } else { 1.0 };
         contact.time = self.time;
         contact
@@ -101,10 +123,14 @@ impl WheelMotion {
             || (rim + travel).abs() < STANDSTILL_SPEED
     }
 
-    /// Forces on this wheel on its ground.
-    pub(crate) fn forces(&self, ground: &mut ForceTable) -> Result<WheelState, SimError> {
+    /// Forces on this wheel, `ground` giving those of a contact.
+    pub(crate) fn forces(
+        &self,
+        ground: &mut impl FnMut(&Contact<f64>) -> Result<Forces, ModelError>,
+    ) -> Result<WheelState, SimError> {
         let rim = self.radius * self.wheel_speed;
-        if rim * self.travel_speed < 0.0
+        if !self.slides
+            && rim * self.travel_speed < 0.0
             && rim.abs().min(self.travel_speed.abs()) > STANDSTILL_SPEED
         {
             return Err(SimError::AgainstMotion {
@@ -138,7 +164,7 @@ impl WheelMotion {
                 along
             };
             let contact = self.contact(direction, slip);
-            let f = ground.forces(&contact).map_err(|e| self.located(e))?;
+            let f = ground(&contact).map_err(|e| self.located(e))?;
             let mut pull = f.drawbar_pull;
             let along = direction * self.travel_speed;
             if pull < 0.0 && along < STANDSTILL_SPEED {
@@ -180,12 +206,15 @@ impl WheelMotion {
 mod tests {
     use super::*;
     use crate::effects::{ActiveEffects, LogKind};
+    use crate::force_table::ForceTable;
     use terra_model::{Registry, catalogue, slip_from_speeds};
 
     fn motion(rim: f64, travel: f64) -> WheelMotion {
         WheelMotion {
             wheel: 0,
             travel_speed: travel,
+            lateral_speed: 0.0,
+            slides: false,
             wheel_speed: rim / 0.254,
             yaw_rate: 0.0,
             path: 0.0,
@@ -193,11 +222,13 @@ mod tests {
             normal_load: 245.25,
             radius: 0.254,
             width: 0.15,
+            wheelbase: 0.6,
             pass: 1,
+            rut: None,
         }
     }
 
-    fn sand() -> ForceTable {
+    fn sand() -> impl FnMut(&Contact<f64>) -> Result<Forces, ModelError> {
         let registry = Registry::builtin();
         let model = registry.model("wong-reece").unwrap();
         let none = ActiveEffects::new(&[], &model, &registry, LogKind::Drive).unwrap();
@@ -205,7 +236,8 @@ mod tests {
             .unwrap()
             .parameters(&*model)
             .unwrap();
-        ForceTable::new(&model, &none, p).unwrap()
+        let mut table = ForceTable::new(&model, &none, p).unwrap();
+        move |contact| table.forces(contact)
     }
 
     #[test]

@@ -205,6 +205,7 @@ fn any_model_in_the_simulator() {
             segments: vec![],
             trials: vec![trial],
             effects: vec![EffectSetting::new("torque-scale", 0.1)],
+            world: Default::default(),
         };
         let run = simulate_rig(&scenario, &rig, &registry)
             .unwrap_or_else(|e| panic!("{}: {e}", model.name()));

@@ -217,6 +217,7 @@ fn trials(model: &str, soil: &Start, magnitude: f64) -> Scenario {
             pass: 1,
         }],
         effects: vec![EffectSetting::new("clogging", magnitude)],
+        world: Default::default(),
     }
 }
 

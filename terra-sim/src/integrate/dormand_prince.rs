@@ -46,6 +46,19 @@ impl DormandPrince {
         y: &mut [f64; N],
         step: &mut impl FnMut(f64, &[f64; N]),
     ) -> Result<(), SimError> {
+        self.advance_watching(N, rate, t, end, y, step)
+    }
+
+    /// The error is judged by the first `watched` states only; the others are carried along.
+    pub(crate) fn advance_watching<const N: usize>(
+        &self,
+        watched: usize,
+        rate: &mut impl FnMut(f64, &[f64; N]) -> Result<[f64; N], SimError>,
+        t: f64,
+        end: f64,
+        y: &mut [f64; N],
+        step: &mut impl FnMut(f64, &[f64; N]),
+    ) -> Result<(), SimError> {
         let mut now = t;
         let mut h = self.max_step.min(end - t);
         let mut k1 = rate(now, y)?;
@@ -55,7 +68,7 @@ impl DormandPrince {
             if end - now - h < MIN_STEP {
                 h = end - now;
             }
-            let (error, attempt) = match self.attempt(rate, now, h, y, &k1) {
+            let (error, attempt) = match self.attempt(watched, rate, now, h, y, &k1) {
                 Ok((next, k7, error)) if error.is_finite() => (error, Ok((next, k7))),
                 Ok(_) => (f64::INFINITY, Err(SimError::NotFinite { time: now })),
                 // A stage that overshoots out of the model's domain is a step too long.
@@ -88,6 +101,7 @@ impl DormandPrince {
     #[allow(clippy::type_complexity)]
     fn attempt<const N: usize>(
         &self,
+        watched: usize,
         rate: &mut impl FnMut(f64, &[f64; N]) -> Result<[f64; N], SimError>,
         t: f64,
         h: f64,
@@ -159,11 +173,11 @@ impl DormandPrince {
             ],
         );
         let mut sum = 0.0;
-        for ((e, old), new) in difference.iter().zip(y).zip(&next) {
+        for ((e, old), new) in difference.iter().zip(y).zip(&next).take(watched) {
             let scaled = e / (self.absolute + self.relative * old.abs().max(new.abs()));
             sum += scaled * scaled;
         }
-        Ok((next, k7, (sum / N as f64).sqrt()))
+        Ok((next, k7, (sum / watched.clamp(1, N) as f64).sqrt()))
     }
 }
 

@@ -64,9 +64,24 @@ impl Integrator {
         y: &mut [f64; N],
         step: &mut impl FnMut(f64, &[f64; N]),
     ) -> Result<(), SimError> {
+        self.advance_watching(N, rate, t, end, y, step)
+    }
+
+    /// [`Integrator::advance`] whose step is chosen by the first `watched` states only.
+    pub(crate) fn advance_watching<const N: usize>(
+        &self,
+        watched: usize,
+        rate: &mut impl FnMut(f64, &[f64; N]) -> Result<[f64; N], SimError>,
+        t: f64,
+        end: f64,
+        y: &mut [f64; N],
+        step: &mut impl FnMut(f64, &[f64; N]),
+    ) -> Result<(), SimError> {
         match self {
-            Integrator::Rk4(method) => method.advance(rate, t, end, y, step),
-            Integrator::DormandPrince(method) => method.advance(rate, t, end, y, step),
+            Integrator::Rk4(method) => method.advance_watching(watched, rate, t, end, y, step),
+            Integrator::DormandPrince(method) => {
+                method.advance_watching(watched, rate, t, end, y, step)
+            }
         }
     }
 }

@@ -46,13 +46,26 @@ impl Rk4 {
         y: &mut [f64; N],
         step: &mut impl FnMut(f64, &[f64; N]),
     ) -> Result<(), SimError> {
+        self.advance_watching(N, rate, t, end, y, step)
+    }
+
+    /// Stiffness is looked for in the first `watched` states only; the others are carried along.
+    pub(crate) fn advance_watching<const N: usize>(
+        &self,
+        watched: usize,
+        rate: &mut impl FnMut(f64, &[f64; N]) -> Result<[f64; N], SimError>,
+        t: f64,
+        end: f64,
+        y: &mut [f64; N],
+        step: &mut impl FnMut(f64, &[f64; N]),
+    ) -> Result<(), SimError> {
         let steps = ((end - t) / self.step - 1e-9).ceil().max(1.0);
         let h = (end - t) / steps;
         let mut done = 0.0;
         while done < steps {
             let from = t + done * h;
             done += 1.0;
-            *y = one(rate, from, h, y, 0)?;
+            *y = one(watched, rate, from, h, y, 0)?;
             finite(from, y)?;
             step(from + h, y);
         }
@@ -61,6 +74,7 @@ impl Rk4 {
 }
 
 fn one<const N: usize>(
+    watched: usize,
     rate: &mut impl FnMut(f64, &[f64; N]) -> Result<[f64; N], SimError>,
     t: f64,
     h: f64,
@@ -68,20 +82,21 @@ fn one<const N: usize>(
     halvings: u32,
 ) -> Result<[f64; N], SimError> {
     let k1 = rate(t, y)?;
-    let stages = stages(rate, t, h, y, &k1);
+    let stages = stages(watched, rate, t, h, y, &k1);
     match stages {
         Ok((next, stiffness)) if stiffness <= 1.0 => Ok(next),
         // A stage that overshoots out of the model's domain is a step too long until a short one fails as well.
         Err(error) if halvings >= MAX_HALVINGS => Err(error),
         Ok(_) if halvings >= MAX_HALVINGS => Err(SimError::StepTooSmall { time: t, step: h }),
         _ => {
-            let middle = one(rate, t, 0.5 * h, y, halvings + 1)?;
-            one(rate, t + 0.5 * h, 0.5 * h, &middle, halvings + 1)
+            let middle = one(watched, rate, t, 0.5 * h, y, halvings + 1)?;
+            one(watched, rate, t + 0.5 * h, 0.5 * h, &middle, halvings + 1)
         }
     }
 }
 
 fn stages<const N: usize>(
+    watched: usize,
     rate: &mut impl FnMut(f64, &[f64; N]) -> Result<[f64; N], SimError>,
     t: f64,
     h: f64,
@@ -103,6 +118,7 @@ fn stages<const N: usize>(
     let distance = |a: &[f64; N], b: &[f64; N]| {
         a.iter()
             .zip(b)
+            .take(watched)
             .map(|(a, b)| (a - b) * (a - b))
             .sum::<f64>()
             .sqrt()

@@ -1,13 +1,16 @@
 //! What is simulated: the scenario file in memory, SI units.
 
 mod parse;
+mod parse_world;
 mod toml_table;
+mod world;
 
 use std::path::{Path, PathBuf};
 
 use terra_data::Start;
 
 use crate::error::SimError;
+pub use world::{Motor, Patch, SensorSettings, SideSlip, World};
 
 /// A scenario of `terra simulate`: a drive (segments) or a rig (trials).
 #[derive(Clone, Debug, PartialEq)]
@@ -34,6 +37,8 @@ pub struct Scenario {
     pub trials: Vec<Trial>,
     /// What the truth has and the nominal simulator lacks.
     pub effects: Vec<EffectSetting>,
+    /// Side slip, changes of soil, ruts, motors and sensors of a drive.
+    pub world: World,
 }
 
 /// One number, linear in time over a segment.
@@ -93,8 +98,13 @@ pub struct DriveSegment {
     pub reset: bool,
     /// Inclination of the ground \[rad\], nose-up positive, known to the log.
     pub pitch: Option<f64>,
-    /// Extra mass at the centre of mass \[kg\], known to the log.
+    /// Side slope of the ground \[rad\], left side up positive, known to the log.
+    pub roll: Option<f64>,
+    /// Extra mass \[kg\], known to the log.
     pub payload: Option<f64>,
+    /// Where it lies, forward, left and up of the centre of mass \[m\]; at the centre of mass, as the log says, when
+    /// absent.
+    pub payload_at: Option<[f64; 3]>,
     /// Towing force \[N\].
     pub tow_load: f64,
     /// Pass over the track, 1 on virgin soil; carries on from the segment before when absent.
@@ -111,7 +121,9 @@ impl DriveSegment {
             start: None,
             reset: false,
             pitch: None,
+            roll: None,
             payload: None,
+            payload_at: None,
             tow_load: 0.0,
             pass: None,
         }

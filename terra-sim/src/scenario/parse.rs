@@ -5,11 +5,12 @@ use std::collections::BTreeMap;
 use terra_data::{Start, WHEELS};
 use toml::de::DeTable;
 
+use super::parse_world;
 use super::toml_table::{Source, Table, Value};
 use super::{Command, DriveSegment, EffectSetting, Profile, Scenario, StartMotion, Trial};
 use crate::error::ScenarioError;
 
-type Parsed<T> = Result<T, ScenarioError>;
+pub(super) type Parsed<T> = Result<T, ScenarioError>;
 
 /// Model of a scenario that names none.
 const DEFAULT_MODEL: &str = "wong-reece";
@@ -33,8 +34,9 @@ pub(super) fn scenario(text: &str, file: &str) -> Parsed<Scenario> {
         Some(list) => list
             .items()?
             .iter()
-            .map(trial)
-            .collect::<Parsed<Vec<_>>>()?,
+            .map(trials)
+            .collect::<Parsed<Vec<_>>>()?
+            .concat(),
         None => Vec::new(),
     };
     let effects = match root.get("effect") {
@@ -52,6 +54,7 @@ pub(super) fn scenario(text: &str, file: &str) -> Parsed<Scenario> {
     let terrain = root.get("terrain");
     let model = root.get("model");
     let noise_scale = root.get("noise_scale");
+    let world = parse_world::world(&root)?;
     let missing = |key: &str| root.error(format!("missing key '{key}'"));
     let head = Scenario {
         seed: seed.map_or(Ok(0), |v| v.whole())?,
@@ -66,8 +69,9 @@ pub(super) fn scenario(text: &str, file: &str) -> Parsed<Scenario> {
         segments,
         trials,
         effects,
+        world,
     };
-    let sides = terrain.map(|v| sides(&v)).transpose()?;
+    let soils = terrain.map(|v| four_soils(&v)).transpose()?;
     let complaint = if seed.is_none() {
         Some(missing("seed"))
     } else if rover.is_none() {
@@ -86,26 +90,44 @@ pub(super) fn scenario(text: &str, file: &str) -> Parsed<Scenario> {
     if let Some(error) = complaint {
         return Err(error);
     }
-    let (left, right) = sides.ok_or(no_terrain)?;
-    Ok(Scenario {
-        left,
-        right,
+    let soils = soils.ok_or(no_terrain)?;
+    let [fl, fr, rl, rr] = &soils;
+    let mut scenario = Scenario {
+        left: fl.clone(),
+        right: fr.clone(),
         ..head
-    })
+    };
+    if fl != rl || fr != rr {
+        scenario.world.wheels = Some(soils);
+    }
+    Ok(scenario)
 }
 
-/// An id, a parameter table, or one of them for each side.
-fn sides(value: &Value<'_, '_>) -> Parsed<(Start, Start)> {
+/// An id, a parameter table, or one of them for each side or each wheel.
+pub(super) fn four_soils(value: &Value<'_, '_>) -> Parsed<[Start; 4]> {
     if value.is_table() {
         let table = value.table()?;
         if table.has_any(&["left", "right"]) {
             let (left, right) = (table.require("left")?, table.require("right")?);
             table.finish()?;
-            return Ok((soil(&left)?, soil(&right)?));
+            let (left, right) = (soil(&left)?, soil(&right)?);
+            return Ok([left.clone(), right.clone(), left, right]);
+        }
+        if table.has_any(&WHEELS) {
+            let [fl, fr, rl, rr] = WHEELS;
+            let all = [
+                table.require(fl)?,
+                table.require(fr)?,
+                table.require(rl)?,
+                table.require(rr)?,
+            ];
+            table.finish()?;
+            let [fl, fr, rl, rr] = all;
+            return Ok([soil(&fl)?, soil(&fr)?, soil(&rl)?, soil(&rr)?]);
         }
     }
-    let both = soil(value)?;
-    Ok((both.clone(), both))
+    let all = soil(value)?;
+    Ok([all.clone(), all.clone(), all.clone(), all])
 }
 
 fn soil(value: &Value<'_, '_>) -> Parsed<Start> {
@@ -137,7 +159,12 @@ fn segment(index: usize, value: &Value<'_, '_>) -> Parsed<DriveSegment> {
         .get("pitch_rad")
         .map(|v| v.number_where("an angle between -1.5 and 1.5 rad", |a| a.abs() < 1.5))
         .transpose()?;
+    let roll = table
+        .get("roll_rad")
+        .map(|v| v.number_where("an angle between -1.5 and 1.5 rad", |a| a.abs() < 1.5))
+        .transpose()?;
     let payload = table.get("payload_kg").map(|v| v.number()).transpose()?;
+    let payload_at = table.get("payload_at_m").map(|v| place(&v)).transpose()?;
     let tow_load = table.get("tow_load_N").map_or(Ok(0.0), |v| v.number())?;
     let pass = table.get("pass").map(|v| v.count()).transpose()?;
     let no_duration = table.error("missing key 'duration_s'");
@@ -165,10 +192,23 @@ fn segment(index: usize, value: &Value<'_, '_>) -> Parsed<DriveSegment> {
         start,
         reset,
         pitch,
+        roll,
         payload,
+        payload_at,
         tow_load,
         pass,
     })
+}
+
+/// { forward, left, up } of the centre of mass \[m\].
+fn place(value: &Value<'_, '_>) -> Parsed<[f64; 3]> {
+    let table = value.table()?;
+    let mut at = [0.0; 3];
+    for (slot, key) in at.iter_mut().zip(["forward", "left", "up"]) {
+        *slot = table.get(key).map_or(Ok(0.0), |v| v.number())?;
+    }
+    table.finish()?;
+    Ok(at)
 }
 
 fn motion(value: &Value<'_, '_>) -> Parsed<StartMotion> {
@@ -235,7 +275,9 @@ fn numbers(value: &Value<'_, '_>, what: &str, legal: impl Fn(f64) -> bool) -> Pa
     items.iter().map(|v| v.number_where(what, &legal)).collect()
 }
 
-fn trial(value: &Value<'_, '_>) -> Parsed<Trial> {
+/// The trials of one `[[trial]]`: speeds and passes multiply, pass innermost, so that a programme can drive each rut
+/// again at each speed.
+fn trials(value: &Value<'_, '_>) -> Parsed<Vec<Trial>> {
     let table = value.table()?;
     let slip = table.get("slip");
     let load = table.get("normal_load_N");
@@ -244,7 +286,15 @@ fn trial(value: &Value<'_, '_>) -> Parsed<Trial> {
     let condition = table
         .get("condition")
         .map_or(Ok(String::new()), |v| v.text())?;
-    let pass = table.get("pass").map_or(Ok(1), |v| v.count())?;
+    let passes = match table.get("pass") {
+        Some(v) if v.is_array() => v
+            .items()?
+            .iter()
+            .map(|p| p.count())
+            .collect::<Parsed<_>>()?,
+        Some(v) => vec![v.count()?],
+        None => vec![1],
+    };
     let missing = |key: &str| table.error(format!("missing key '{key}'"));
     let (no_slip, no_load, no_travel) = (
         missing("slip"),
@@ -252,18 +302,47 @@ fn trial(value: &Value<'_, '_>) -> Parsed<Trial> {
         missing("travel_speed_m_s"),
     );
     table.finish()?;
-    Ok(Trial {
-        slip: numbers(&slip.ok_or(no_slip)?, "a slip in [-1, 1]", |s| {
-            (-1.0..=1.0).contains(&s)
-        })?,
+    let one = Trial {
+        slip: slips(&slip.ok_or(no_slip)?)?,
         normal_load: numbers(&load.ok_or(no_load)?, "a load above 0", |w| w > 0.0)?,
         repeats,
-        travel_speed: travel
-            .ok_or(no_travel)?
-            .number_where("a speed above 0", |v| v > 0.0)?,
+        travel_speed: 0.0,
         condition,
-        pass,
-    })
+        pass: 1,
+    };
+    let speeds = numbers(&travel.ok_or(no_travel)?, "a speed above 0", |v| v > 0.0)?;
+    Ok(speeds
+        .iter()
+        .flat_map(|&travel_speed| {
+            let one = &one;
+            passes.iter().map(move |&pass| Trial {
+                travel_speed,
+                pass,
+                ..one.clone()
+            })
+        })
+        .collect())
+}
+
+/// Slips: a number, a list, or { from, to, steps }, a ramp in equal steps.
+fn slips(value: &Value<'_, '_>) -> Parsed<Vec<f64>> {
+    const WHAT: &str = "a slip in [-1, 1]";
+    let legal = |s: f64| (-1.0..=1.0).contains(&s);
+    if !value.is_table() {
+        return numbers(value, WHAT, legal);
+    }
+    let table = value.table()?;
+    let from = table.require("from")?.number_where(WHAT, legal)?;
+    let to = table.require("to")?.number_where(WHAT, legal)?;
+    let steps = table.require("steps")?;
+    table.finish()?;
+    let n = steps.count()?;
+    if !(2..=100_000).contains(&n) {
+        return Err(steps.error(format!("{n}: expected 2 to 100000 steps")));
+    }
+    Ok((0..n)
+        .map(|k| from + (to - from) * f64::from(k) / f64::from(n - 1))
+        .collect())
 }
 
 fn effect(value: &Value<'_, '_>) -> Parsed<EffectSetting> {

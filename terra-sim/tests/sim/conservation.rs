@@ -1,24 +1,6 @@
 use terra_sim::{DriveTruth, paper};
 
-use crate::support::{adaptive, drive, quiet_ramp};
-
-/// Integral of a column's samples over a segment's rows, Simpson's rule (an odd number of rows).
-fn simpson(time: &[f64], f: impl Fn(usize) -> f64) -> f64 {
-    let h = time[1] - time[0];
-    let last = time.len() - 1;
-    assert_eq!(last % 2, 0);
-    (0..=last)
-        .map(|i| {
-            f(i) * if i == 0 || i == last {
-                1.0
-            } else {
-                2.0 + 2.0 * (i % 2) as f64
-            }
-        })
-        .sum::<f64>()
-        * h
-        / 3.0
-}
+use crate::support::{adaptive, drive, quiet_ramp, simpson};
 
 /// A turning run on two soils, sampled finely, past the first instants at standstill.
 fn turning() -> DriveTruth {

@@ -4,9 +4,13 @@
 
 mod closed_forms;
 mod conservation;
+mod cost;
 mod effects;
 mod noise;
 mod paper;
+mod planar;
 mod rig;
 mod scenario;
 mod support;
+mod traces;
+mod world;

@@ -88,3 +88,21 @@ pub(crate) fn adaptive() -> Integrator {
 pub(crate) fn drive(scenario: &Scenario, rover: &Rover, integrator: Integrator) -> DriveRun {
     simulate_drive_with(scenario, rover, &registry(), integrator).unwrap()
 }
+
+/// Integral of a column's samples over a segment's rows, Simpson's rule (an odd number of rows).
+pub(crate) fn simpson(time: &[f64], f: impl Fn(usize) -> f64) -> f64 {
+    let h = time[1] - time[0];
+    let last = time.len() - 1;
+    assert_eq!(last % 2, 0);
+    (0..=last)
+        .map(|i| {
+            f(i) * if i == 0 || i == last {
+                1.0
+            } else {
+                2.0 + 2.0 * (i % 2) as f64
+            }
+        })
+        .sum::<f64>()
+        * h
+        / 3.0
+}
