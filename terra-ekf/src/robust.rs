@@ -78,8 +78,9 @@ impl Watch {
     }
 }
 
-/// Time of unbroken rejection after which a channel has no say \[s\].
-const DISTRUST_AFTER: f64 = 0.1;
+/// Time of unbroken rejection after which a channel has no say \[s\]. A hard start from rest is rejected for .1 s and more, and
+/// must keep its say.
+const DISTRUST_AFTER: f64 = 0.3;
 /// Share of the gate inside which it gets it back.
 const TRUST_AGAIN: f64 = 0.6;
 /// Inflation of a channel without say.

@@ -112,7 +112,7 @@ fn force_jacobian(
     let mut x = p.to_vec();
     x.extend([at.slip, at.normal_load]);
     if x.len() <= 16 {
-        let (forces, jac) = jacobian16(
+        let (_, jac) = jacobian16(
             &x,
             |x| narrow(&x[..n], &lift_with(at, x[n], x[n + 1])),
             |f| {
@@ -124,7 +124,7 @@ fn force_jacobian(
                 ]
             },
         )?;
-        return Ok((forces.map(|x| x.re), jac));
+        return Ok((value()?, jac));
     }
     let (_, jac) = jacobian(&x, |x| {
         wide(&x[..n], &lift_with(at, x[n], x[n + 1])).map(|f| rows(&f))

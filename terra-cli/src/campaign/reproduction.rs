@@ -808,7 +808,7 @@ mod tests {
         };
         for (log, soil, alarm) in [
             (&sound, "lean_clay_22", false),
-            (&stuck, "heavy_clay_25", true),
+            (&stuck, "lean_clay_22", true),
         ] {
             let id = bench.identify(log, &options).unwrap();
             for g in &id.groups {

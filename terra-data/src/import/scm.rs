@@ -207,7 +207,7 @@ mod tests {
         );
         assert!((again.friction_angle - t.friction_angle).abs() < 1e-15);
         let mut csv = vec![];
-        write_terrains_to(&mut csv, &[t.clone()]).unwrap();
+        write_terrains_to(&mut csv, std::slice::from_ref(&t)).unwrap();
         let read = read_terrains_from(csv.as_slice(), "soil.csv").unwrap();
         assert_eq!(read[0].id, "soft");
         assert!((read[0].k_phi - 2e5).abs() < 1e-9 && (read[0].cohesion - 250.0).abs() < 1e-12);

@@ -4,8 +4,11 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use approx::assert_relative_eq;
-use terra_data::{ImportKind, import, parse_rover, read_drive_log_from, read_rig_log_from};
+#[cfg(feature = "parquet")]
+use terra_data::read_drive_log_from;
+use terra_data::{ImportKind, import, parse_rover, read_rig_log_from};
 
+#[cfg(feature = "parquet")]
 const VEHICLE: &str = r#"
 [vehicle]
 mass_kg = 50.0
