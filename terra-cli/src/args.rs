@@ -336,6 +336,14 @@ pub(crate) enum Challenge {
     ///
     /// Everything is drawn from the seed: whoever knows it knows the answers.
     Make(ChallengeMake),
+    /// Diagnoses every log of a challenge with its rover file; verdicts that are there already are kept.
+    Run {
+        /// Folder of the challenge.
+        folder: PathBuf,
+        /// Folder for the verdicts, case_001.json ...
+        #[arg(long)]
+        out: PathBuf,
+    },
     /// Marks verdicts against the key, beside naive baselines.
     Score(ChallengeScore),
     /// Checks every commitment and prints the answers.

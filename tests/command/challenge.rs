@@ -365,3 +365,46 @@ fn the_true_closing_is_found() {
     // Without noise the cause closes all but what the re-fit of the soil leaves; with it, the figure is within .2.
     assert!(number(&m["closed_error"]["value"]) < 0.2, "{m}");
 }
+
+/// A folder is diagnosed as its cases one by one are, on any number of threads; what is there is kept, what is of
+/// another log is refused.
+#[test]
+fn a_whole_folder_is_diagnosed_as_its_cases_are() {
+    let folder = folder("challenge_run");
+    made(&folder, "--cases 2 --kinds none=1");
+    terra(&folder, "challenge run blind --out one --threads 1").ok();
+    let one = contents(&folder.join("one"));
+    assert_eq!(
+        one.keys().collect::<Vec<_>>(),
+        ["case_001.json", "case_002.json"]
+    );
+    terra(
+        &folder,
+        "gap blind/case_002.csv --rover blind/rover.toml --json alone.json",
+    )
+    .ok();
+    assert!(fs::read(folder.join("alone.json")).unwrap() == one["case_002.json"]);
+
+    // Half done: the one that is there is kept, even with a mark that no diagnosis makes; the other is made.
+    let mut marked = read(&folder.join("one/case_001.json"));
+    marked["mark"] = json!("kept");
+    fs::create_dir_all(folder.join("two")).unwrap();
+    fs::write(folder.join("two/case_001.json"), marked.to_string()).unwrap();
+    let said = terra(&folder, "challenge run blind --out two --threads 8")
+        .ok()
+        .out;
+    assert!(said.contains("2 verdicts in two, 1 of them kept"), "{said}");
+    let two = contents(&folder.join("two"));
+    assert_eq!(two["case_001.json"], marked.to_string().into_bytes());
+    assert!(two["case_002.json"] == one["case_002.json"]);
+
+    // The verdict of another case.
+    fs::write(folder.join("two/case_001.json"), &one["case_002.json"]).unwrap();
+    let done = terra(&folder, "challenge run blind --out two");
+    assert_eq!(done.code, 3, "{}", done.err);
+    assert!(done.err.contains("case_001"), "{}", done.err);
+    assert!(contents(&folder.join("two"))["case_001.json"] == one["case_002.json"]);
+    fs::create_dir_all(folder.join("empty")).unwrap();
+    let done = terra(&folder, "challenge run empty --out three");
+    assert_eq!(done.code, 3, "{}", done.err);
+}

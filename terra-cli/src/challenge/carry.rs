@@ -2,20 +2,23 @@
 
 use rayon::prelude::*;
 use terra_data::{DriveLog, RigRow, Rover, Series};
-use terra_model::Law;
 use terra_sim::{EffectSetting, Scenario};
 
 use super::design::{AnyLog, Design, simulate};
-use super::library::{Known, Library};
+use super::library::{Known, Library, Size};
 use crate::error::CliError;
+
+/// A measured value of a row of a rig log.
+type ReadRow = fn(&RigRow) -> Option<f64>;
 
 /// Whitened squared change of the whole log at one prior standard deviation (3 sigma) that an effect must reach.
 const VISIBLE: f64 = 9.0;
 
 /// Effects of a list that the design can carry, in the list's order.
 ///
-/// An effect is tried at its prior standard deviation without noise, and at .3 of it where the vehicle does not get
-/// through. What differs only by a number that the soil's stiffness is, or what the design excludes by its own words,
+/// An effect is tried without noise at its prior standard deviation, or in the middle of its range where the truth
+/// simulation lists one, and at .3 of that where the vehicle does not get through. What the design's model or kind of
+/// log has no place for cannot be simulated, what differs only by a number that the soil's stiffness is, or what the design excludes by its own words,
 /// is not carried either.
 pub(crate) fn carried(
     design: &Design,
@@ -26,22 +29,21 @@ pub(crate) fn carried(
     quiet.noise_scale = 0.0;
     let registry = library.registry();
     let without = simulate(&quiet, &design.rover, registry)?;
-    let model = registry.model(&quiet.model)?;
     let kept: Vec<bool> = list
         .par_iter()
         .map(|known| {
-            let Some(effect) = library.effect(known) else {
-                return false;
-            };
-            if Law::new(model.clone(), vec![effect.clone()]).is_err() || excluded(design, known) {
+            let sizes = library.sizes(known);
+            if sizes.is_empty() || excluded(design, known) {
                 return false;
             }
             [1.0, 0.3].into_iter().any(|share| {
                 let mut scenario = quiet.clone();
-                let magnitude = effect
-                    .params()
+                let magnitude = sizes
                     .iter()
-                    .map(|p| (share * p.prior_sd).clamp(p.min, p.max))
+                    .map(|size| match size {
+                        Size::Prior(p) => (share * p.prior_sd).clamp(p.min, p.max),
+                        Size::Between(low, high) => share * (low * high).sqrt(),
+                    })
                     .collect();
                 scenario.effects.push(EffectSetting {
                     name: known.name.clone(),
@@ -84,7 +86,7 @@ fn change(a: &AnyLog, b: &AnyLog, rover: &Rover) -> f64 {
     match (a, b) {
         (AnyLog::Drive(a), AnyLog::Drive(b)) => drive(a, b, rover),
         (AnyLog::Rig(a), AnyLog::Rig(b)) => {
-            let value: [(&str, fn(&RigRow) -> Option<f64>); 4] = [
+            let value: [(&str, ReadRow); 4] = [
                 ("normal_load_N", |r| Some(r.normal_load.value)),
                 ("drawbar_pull_N", |r| r.drawbar_pull.map(|m| m.value)),
                 ("torque_N_m", |r| r.torque.map(|m| m.value)),

@@ -29,7 +29,7 @@ pub const DESIGNS: [&str; 5] = ["ramp", "steps", "flat", "rich", "rig"];
 /// A log of either kind.
 #[derive(Clone, Debug)]
 pub(crate) enum AnyLog {
-    Drive(DriveLog),
+    Drive(Box<DriveLog>),
     Rig(RigLog),
 }
 
@@ -56,7 +56,7 @@ pub(crate) fn simulate(
     registry: &Registry,
 ) -> Result<AnyLog, CliError> {
     Ok(if scenario.trials.is_empty() {
-        AnyLog::Drive(simulate_drive(scenario, rover, registry)?.log)
+        AnyLog::Drive(Box::new(simulate_drive(scenario, rover, registry)?.log))
     } else {
         AnyLog::Rig(simulate_rig(scenario, rover, registry)?.log)
     })

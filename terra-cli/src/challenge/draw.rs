@@ -6,7 +6,7 @@ use terra_data::{Rover, Start};
 use terra_mme::{Centre, FitSpace, Priors};
 use terra_model::{Law, Param, Registry, catalogue};
 
-use super::library::Known;
+use super::library::{Known, Size};
 use super::random::{Draws, six_digits};
 use super::shares::{Kind, Shares};
 use crate::error::CliError;
@@ -111,8 +111,16 @@ fn pairs(list: &[Known], count: usize, draws: &mut Draws) -> Vec<Vec<Known>> {
         .collect()
 }
 
-/// A magnitude of .3 to 2 prior standard deviations, of either sign where the effect has two, inside its range.
-pub(crate) fn magnitude(param: &Param, draws: &mut Draws) -> f64 {
+/// A magnitude of .3 to 2 prior standard deviations, of either sign where the effect has two, inside its range; or
+/// between the ends that the truth simulation lists.
+pub(crate) fn magnitude(size: &Size, draws: &mut Draws) -> f64 {
+    match size {
+        Size::Prior(param) => by_prior(param, draws),
+        Size::Between(low, high) => six_digits(draws.between(*low, *high)).clamp(*low, *high),
+    }
+}
+
+fn by_prior(param: &Param, draws: &mut Draws) -> f64 {
     let mut last = 0.0;
     for _ in 0..1000 {
         let size = draws.between(SMALLEST, LARGEST) * param.prior_sd;
@@ -269,11 +277,13 @@ mod tests {
         let mut draws = Draws::new(5, 1);
         let mut negative = 0;
         for _ in 0..400 {
-            let e = magnitude(&param(0.0, 0.6), &mut draws);
+            let e = by_prior(&param(0.0, 0.6), &mut draws);
             assert!((0.15..=0.6).contains(&e), "{e}");
-            let e = magnitude(&param(f64::NEG_INFINITY, f64::INFINITY), &mut draws);
+            let e = by_prior(&param(f64::NEG_INFINITY, f64::INFINITY), &mut draws);
             assert!((0.15..=1.0).contains(&e.abs()), "{e}");
             negative += usize::from(e < 0.0);
+            let e = magnitude(&Size::Between(0.3, 1.2), &mut draws);
+            assert!((0.3..=1.2).contains(&e), "{e}");
         }
         // Binomial(400, 1/2): 200 ± 10; five sigma.
         assert!((150..=250).contains(&negative), "{negative}");

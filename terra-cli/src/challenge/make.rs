@@ -135,13 +135,13 @@ fn one(
         scenario.seed = draws.seed();
         let [left, right] = soils.draw(&mut draws);
         for known in &draft.effects {
-            let params = library
-                .effect(known)
-                .map(|e| e.params())
-                .unwrap_or_default();
             scenario.effects.push(EffectSetting {
                 name: known.name.clone(),
-                magnitude: params.iter().map(|p| magnitude(p, &mut draws)).collect(),
+                magnitude: library
+                    .sizes(known)
+                    .iter()
+                    .map(|size| magnitude(size, &mut draws))
+                    .collect(),
                 form: Some(known.form.clone()),
             });
         }

@@ -22,6 +22,7 @@ mod shares;
 mod statistics;
 
 pub use design::{DESIGNS, Design};
+pub(crate) use key::read_json;
 pub use key::{CaseKey, KeyCase, KeyFile, SealedDesign, SealedEffect, canonical, digest};
 pub use library::{Known, Library};
 pub use make::{Challenge, MadeCase, make};

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use terra_data::{LogKind, hypothesis_terrains};
+use terra_data::{LogKind, Rover, hypothesis_terrains};
 use terra_gap::{Diagnosis, HoldOut, Provenance, Settings, diagnose_drive, diagnose_rig, to_json};
 use terra_model::Registry;
 
@@ -17,30 +17,29 @@ use crate::start::{Log, Prior, complete};
 /// The verdict of a log that excites too little to say anything.
 const UNIDENTIFIABLE: &str = "unidentifiable";
 
-pub(crate) fn run(args: &GapArgs, quiet: bool) -> Result<(), CliError> {
-    output::claim(
-        &[args.json.as_deref(), args.html.as_deref()],
-        &[&args.log, &args.rover],
-    )?;
-    let (mut rover, rover_sha256) = rover(&args.rover)?;
+/// A log diagnosed.
+pub(crate) struct Verdict {
+    pub(crate) diagnosis: Diagnosis,
+    pub(crate) provenance: Provenance,
+    /// Where the prior soil comes from, when the rover file does not say.
+    said: String,
+    curves: Option<GapCurves>,
+}
+
+/// Diagnoses one log as the command does.
+pub(crate) fn diagnose(
+    log: &Path,
+    rover_path: &Path,
+    settings: &dyn Fn(&Rover, LogKind) -> Result<Settings, CliError>,
+) -> Result<Verdict, CliError> {
+    let (mut rover, rover_sha256) = rover(rover_path)?;
     let terrains =
-        hypothesis_terrains(&rover.terrain, args.rover.parent().unwrap_or(Path::new("")))?;
-    let file = LogFile::open(&args.log)?;
+        hypothesis_terrains(&rover.terrain, rover_path.parent().unwrap_or(Path::new("")))?;
+    let file = LogFile::open(log)?;
     let kind = file.kind(&rover)?;
-    let mut settings = Settings::of(&rover);
-    settings.combine = args.combine.into();
-    if args.effects != "all" {
-        settings.effects = Some(
-            args.effects
-                .split(',')
-                .map(|s| s.trim().to_owned())
-                .collect(),
-        );
-    }
-    settings.hold_out = hold_out(args.hold_out, kind)?;
+    let settings = settings(&rover, kind)?;
     let registry = Registry::builtin();
-    let spinner = Spinner::start(quiet, "diagnosing");
-    let in_files = |e: CliError| e.in_files(&args.log, &args.rover);
+    let in_files = |e: CliError| e.in_files(log, rover_path);
     let (prior, mut diagnosis, curves) = match kind {
         LogKind::Rig => {
             let log = file.rig(&rover)?;
@@ -64,7 +63,6 @@ pub(crate) fn run(args: &GapArgs, quiet: bool) -> Result<(), CliError> {
             (prior, d, None)
         }
     };
-    drop(spinner);
     let mut said = String::new();
     match prior {
         Prior::Given => {}
@@ -95,6 +93,42 @@ pub(crate) fn run(args: &GapArgs, quiet: bool) -> Result<(), CliError> {
         rover_sha256,
         seed: 0,
     };
+    Ok(Verdict {
+        diagnosis,
+        provenance,
+        said,
+        curves,
+    })
+}
+
+pub(crate) fn run(args: &GapArgs, quiet: bool) -> Result<(), CliError> {
+    output::claim(
+        &[args.json.as_deref(), args.html.as_deref()],
+        &[&args.log, &args.rover],
+    )?;
+    let settings = |rover: &Rover, kind: LogKind| -> Result<Settings, CliError> {
+        let mut settings = Settings::of(rover);
+        settings.combine = args.combine.into();
+        if args.effects != "all" {
+            settings.effects = Some(
+                args.effects
+                    .split(',')
+                    .map(|s| s.trim().to_owned())
+                    .collect(),
+            );
+        }
+        settings.hold_out = hold_out(args.hold_out, kind)?;
+        Ok(settings)
+    };
+    let spinner = Spinner::start(quiet, "diagnosing");
+    let verdict = diagnose(&args.log, &args.rover, &settings)?;
+    drop(spinner);
+    let Verdict {
+        diagnosis,
+        provenance,
+        said,
+        curves,
+    } = verdict;
     if let Some(path) = &args.json {
         output::json(Some(path), &to_json(&diagnosis, &provenance))?;
     }

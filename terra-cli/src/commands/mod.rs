@@ -2,6 +2,7 @@
 
 mod campaign;
 mod challenge;
+mod challenge_run;
 mod demo;
 mod estimate;
 mod gap;
@@ -64,6 +65,9 @@ pub(crate) fn dispatch(args: Args) -> Result<(), CliError> {
             json,
         }) => campaign::run_faults(runs as usize, seed, &filter, json.as_deref(), quiet),
         Command::Challenge(Challenge::Make(args)) => challenge::run_make(&args, quiet),
+        Command::Challenge(Challenge::Run { folder, out }) => {
+            challenge_run::run(&folder, &out, quiet)
+        }
         Command::Challenge(Challenge::Score(args)) => challenge::run_score(&args, quiet),
         Command::Challenge(Challenge::Reveal { key, folder }) => {
             challenge::run_reveal(&key, &folder)
