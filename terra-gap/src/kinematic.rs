@@ -81,7 +81,7 @@ pub fn diagnose_kinematic(
         kind: LogKind::Kinematic,
     };
     let (data, predictor) = read::from_log(log, rover)?;
-    let mut found = match refusal(&data, log) {
+    let mut found = match refusal(&data, log, rover) {
         Some(reason) => Diagnosis::unidentifiable(data, &setup, Candidates::default(), reason),
         None => diagnose(data, &predictor, &setup, &settings)?,
     };
@@ -91,7 +91,7 @@ pub fn diagnose_kinematic(
 }
 
 /// Why a log can say nothing, and what to record instead.
-fn refusal(data: &DataSet, log: &DriveLog) -> Option<String> {
+fn refusal(data: &DataSet, log: &DriveLog, rover: &Rover) -> Option<String> {
     if log.ground_speed.is_none() {
         return Some(
             "no ground speed in the log: record ground_speed_m_s (visual odometry, lidar, GNSS), or wheel torques for a diagnosis of forces"
@@ -121,8 +121,13 @@ fn refusal(data: &DataSet, log: &DriveLog) -> Option<String> {
             "too short: {count} usable windows, fewer than {FEWEST}; record at least {FEWEST} windows ([gap] window_s) of driving, straight and turning both ways"
         ));
     }
+    // The wheels' yaw rate is noisy by R/t_w times a wheel speed, two wheels a side.
+    let arm = rover
+        .nominal_vehicle()
+        .map_or(0.0, |v| v.wheel_radius / v.track);
     let turns = data.observations.iter().any(|o| {
-        let noise = o.raw_sd.get(predict::YAW_RATE).copied().unwrap_or(0.0);
+        let sd = |k: usize| o.raw_sd.get(k).copied().unwrap_or(0.0);
+        let noise = sd(predict::YAW_RATE).max(arm * sd(predict::WHEEL));
         let yaw = ["yaw_rate", "measured_yaw_rate"]
             .iter()
             .filter_map(|f| o.factors.get(f))
