@@ -72,7 +72,8 @@ fn of_rover(rover: &Rover, owed: &mut BTreeSet<Owed>) -> Result<(), CliError> {
                 owed.insert(Owed {
                     kind: "soils",
                     name: rover.terrain.hypotheses.clone(),
-                    reference: soil.source.to_string(),
+                    // What follows the semicolon is about one soil.
+                    reference: in_full(soil.source.split(';').next().unwrap_or_default()),
                 });
             }
         }
@@ -91,6 +92,14 @@ fn of_rover(rover: &Rover, owed: &mut BTreeSet<Owed>) -> Result<(), CliError> {
         Some(start) => of_soil(start, owed),
         None => Ok(()),
     }
+}
+
+/// The catalogue's short name of its main source, written out.
+fn in_full(source: &str) -> String {
+    source.replace(
+        "Wong T2.3",
+        "J. Y. Wong, Theory of Ground Vehicles, Wiley, Table 2.3",
+    )
 }
 
 fn of_law(name: &str, owed: &mut BTreeSet<Owed>) -> Result<(), CliError> {
@@ -121,7 +130,7 @@ fn of_effect(name: &str, owed: &mut BTreeSet<Owed>) {
 
 fn of_soil(start: &Start, owed: &mut BTreeSet<Owed>) -> Result<(), CliError> {
     let (name, reference) = match start {
-        Start::Id(id) => (id.clone(), catalogue::find(id)?.source.to_string()),
+        Start::Id(id) => (id.clone(), in_full(&catalogue::find(id)?.source)),
         Start::Values(_) => (
             "given by value".to_owned(),
             "your own parameters: cite where they were measured".to_owned(),
