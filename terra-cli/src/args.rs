@@ -68,6 +68,38 @@ pub(crate) enum Command {
     ///
     /// Example: terra wheel --terrain dry_sand --radius_m 0.254 --width_m 0.15 --load_N 245.25 --slip 0.05:0.95:0.05
     Wheel(WheelArgs),
+    /// What is in a log, and what in it looks wrong: units, signs, sides, clock, stuck and missing channels.
+    ///
+    /// Works without a rover file on a log in terra's own column names; with one it knows radius, track and units.
+    Inspect {
+        /// Drive or rig log (CSV).
+        log: PathBuf,
+        /// The vehicle or rig (TOML).
+        #[arg(long)]
+        rover: Option<PathBuf>,
+        /// JSON to write.
+        #[arg(long, value_name = "FILE")]
+        json: Option<PathBuf>,
+    },
+    /// A commented rover file to start from: published figures, with what is guessed marked.
+    Init {
+        /// Which robot or rig.
+        class: ClassArg,
+        /// File to write (TOML).
+        #[arg(long, default_value = "rover.toml")]
+        out: PathBuf,
+        /// Overwrite it.
+        #[arg(long)]
+        force: bool,
+    },
+    /// The references owed for the model, the effects and the soils that a scenario or a rover file uses.
+    Cite {
+        /// Scenario or rover file (TOML).
+        file: PathBuf,
+        /// As JSON.
+        #[arg(long)]
+        json: bool,
+    },
     /// Makes a log with known truth from a scenario file.
     Simulate {
         /// Scenario (TOML).
@@ -282,6 +314,18 @@ pub(crate) struct IdentifyArgs {
     /// HTML report to write.
     #[arg(long, value_name = "FILE")]
     pub(crate) html: Option<PathBuf>,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum ClassArg {
+    /// Clearpath Husky A200.
+    Husky,
+    /// Clearpath Jackal.
+    Jackal,
+    /// One wheel on a testbed.
+    SingleWheelRig,
+    /// The light robot of Ray 2008.
+    PaperRobot,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]

@@ -31,6 +31,7 @@ mod columns;
 mod drive;
 mod error;
 mod import;
+mod inspect;
 mod kind;
 mod lines;
 mod names;
@@ -59,6 +60,9 @@ pub use error::{DataError, Place};
 pub use import::{
     ImportKind, ImportedLog, import, parse_scm_json, read_scm_json, scm_json, write_terrains,
     write_terrains_to,
+};
+pub use inspect::{
+    ChannelSummary, Gap, Group, Inspection, Pace, Suspicion, inspect_drive, inspect_rig,
 };
 pub use kind::{LogKind, log_kind, log_kind_from};
 pub use notes::{MissingCells, ReadNotes};

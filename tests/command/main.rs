@@ -6,8 +6,11 @@
 mod bad_input;
 mod cases;
 mod challenge;
+mod cite;
 mod demo;
 mod drive;
+mod init;
+mod inspect;
 mod lists;
 mod missing;
 mod reverse;

@@ -3,11 +3,14 @@
 mod campaign;
 mod challenge;
 mod challenge_run;
+mod cite;
 mod demo;
 mod estimate;
 mod gap;
 mod identify;
 mod import;
+mod init;
+mod inspect;
 mod lists;
 mod simulate;
 mod sweep;
@@ -36,6 +39,11 @@ pub(crate) fn dispatch(args: Args) -> Result<(), CliError> {
         Command::Filters { json } => lists::filters(json),
         Command::Estimators { json } => lists::estimators(json),
         Command::Wheel(args) => wheel::run(&args),
+        Command::Inspect { log, rover, json } => {
+            inspect::run(&log, rover.as_deref(), json.as_deref())
+        }
+        Command::Init { class, out, force } => init::run(class, &out, force),
+        Command::Cite { file, json } => cite::run(&file, json),
         Command::Simulate {
             scenario,
             out,

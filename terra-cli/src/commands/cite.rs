@@ -1,0 +1,145 @@
+//! `terra cite`: the references owed for what a scenario or a rover file uses.
+
+use std::collections::BTreeSet;
+use std::path::Path;
+
+use serde_json::json;
+use terra_data::{Rover, Start, read_rover};
+use terra_model::{Registry, catalogue};
+use terra_sim::Scenario;
+
+use crate::error::CliError;
+use crate::output::{self, table};
+
+/// One thing in use and where it comes from.
+#[derive(PartialEq, Eq, PartialOrd, Ord)]
+struct Owed {
+    kind: &'static str,
+    name: String,
+    reference: String,
+}
+
+pub(crate) fn run(path: &Path, as_json: bool) -> Result<(), CliError> {
+    let mut owed = BTreeSet::new();
+    match scenario(path)? {
+        Some(scenario) => {
+            of_law(&scenario.model, &mut owed)?;
+            for effect in &scenario.effects {
+                of_effect(&effect.name, &mut owed);
+            }
+            of_soil(&scenario.left, &mut owed)?;
+            of_soil(&scenario.right, &mut owed)?;
+            of_rover(&read_rover(scenario.rover_path(path))?, &mut owed)?;
+        }
+        None => of_rover(&read_rover(path)?, &mut owed)?,
+    }
+    if as_json {
+        let all: Vec<_> = owed
+            .iter()
+            .map(|o| json!({ "kind": o.kind, "name": o.name, "reference": o.reference }))
+            .collect();
+        return output::json(
+            None,
+            &json!({ "schema": "terra.cite/1", "references": all }),
+        );
+    }
+    let rows: Vec<Vec<String>> = owed
+        .into_iter()
+        .map(|o| vec![o.kind.to_owned(), o.name, o.reference])
+        .collect();
+    output::stdout(&table(&["for the", "named", "cite"], &rows))
+}
+
+/// The scenario, when the file is one: only a scenario names a rover file.
+fn scenario(path: &Path) -> Result<Option<Scenario>, CliError> {
+    let names_a_rover = std::fs::read_to_string(path)
+        .ok()
+        .and_then(|text| text.parse::<toml::Table>().ok())
+        .is_some_and(|table| table.contains_key("rover"));
+    // What cannot be read or parsed is left to the rover's reader, which says where.
+    Ok(if names_a_rover {
+        Some(Scenario::read(path)?)
+    } else {
+        None
+    })
+}
+
+fn of_rover(rover: &Rover, owed: &mut BTreeSet<Owed>) -> Result<(), CliError> {
+    of_law(&rover.terrain.model, owed)?;
+    match catalogue::set(&rover.terrain.hypotheses) {
+        Ok(soils) => {
+            for soil in soils {
+                owed.insert(Owed {
+                    kind: "soils",
+                    name: rover.terrain.hypotheses.clone(),
+                    // What follows the semicolon is about one soil.
+                    reference: in_full(soil.source.split(';').next().unwrap_or_default()),
+                });
+            }
+        }
+        // A file of the user's own, whose sources only the user knows.
+        Err(_) => {
+            owed.insert(Owed {
+                kind: "soils",
+                name: rover.terrain.hypotheses.clone(),
+                reference: "your own catalogue: cite what its soils were taken from".to_owned(),
+            });
+        }
+    }
+    match &rover.terrain.start {
+        // A start of the user's own catalogue is covered by the line above.
+        Some(Start::Id(id)) if catalogue::find(id).is_err() => Ok(()),
+        Some(start) => of_soil(start, owed),
+        None => Ok(()),
+    }
+}
+
+/// The catalogue's short name of its main source, written out.
+fn in_full(source: &str) -> String {
+    source.replace(
+        "Wong T2.3",
+        "J. Y. Wong, Theory of Ground Vehicles, Wiley, Table 2.3",
+    )
+}
+
+fn of_law(name: &str, owed: &mut BTreeSet<Owed>) -> Result<(), CliError> {
+    let law = Registry::builtin().law(name)?;
+    owed.insert(Owed {
+        kind: "model",
+        name: law.model().name().to_owned(),
+        reference: law.model().reference().to_owned(),
+    });
+    for effect in law.effects() {
+        of_effect(effect.name(), owed);
+    }
+    Ok(())
+}
+
+fn of_effect(name: &str, owed: &mut BTreeSet<Owed>) {
+    let registry = Registry::builtin();
+    let reference = match registry.effects().iter().find(|e| e.name() == name) {
+        Some(effect) => effect.reference().to_owned(),
+        None => "the simulator's own: see the scenario reference of terra-sim".to_owned(),
+    };
+    owed.insert(Owed {
+        kind: "effect",
+        name: name.to_owned(),
+        reference,
+    });
+}
+
+fn of_soil(start: &Start, owed: &mut BTreeSet<Owed>) -> Result<(), CliError> {
+    let (name, reference) = match start {
+        Start::Id(id) => (id.clone(), in_full(&catalogue::find(id)?.source)),
+        Start::Values(_) => (
+            "given by value".to_owned(),
+            "your own parameters: cite where they were measured".to_owned(),
+        ),
+    };
+    owed.insert(Owed {
+        kind: "soil",
+        name,
+        reference,
+    });
+    Ok(())
+}

@@ -1,0 +1,127 @@
+//! What is in a log, and what in it looks wrong, before any model is asked.
+//!
+//! Counting needs no vehicle; some suspicions are sharper with the rover file's wheel radius and track.
+
+mod clock;
+mod drive;
+mod motion;
+mod rig;
+
+use crate::kind::LogKind;
+use crate::notes::{MissingCells, ReadNotes};
+
+pub use clock::{Gap, Pace};
+pub use drive::inspect_drive;
+pub use rig::inspect_rig;
+
+/// One channel of a log, in SI.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ChannelSummary {
+    /// Contract column.
+    pub name: String,
+    /// Samples with a value.
+    pub present: usize,
+    /// Samples without: blank, and not finite.
+    pub missing: MissingCells,
+    /// Smallest, mean and largest value; `None` when all are missing.
+    pub range: Option<[f64; 3]>,
+}
+
+/// One group of rows: a segment of a drive, a trial of a rig.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Group {
+    /// Its name in the log.
+    pub name: String,
+    /// Number of rows.
+    pub rows: usize,
+    /// Its clock; `None` without time or with one row.
+    pub pace: Option<Pace>,
+}
+
+/// Something that is probably a mistake in the log.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Suspicion {
+    /// A short name that stays the same: `sides-swapped`, `rpm`, ...
+    pub code: &'static str,
+    /// What was seen, with its numbers, and what it would mean.
+    pub message: String,
+}
+
+/// What is in a log.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Inspection {
+    /// Drive or rig.
+    pub kind: LogKind,
+    /// Rows that were read.
+    pub rows: usize,
+    /// Its channels, in the contract's order.
+    pub channels: Vec<ChannelSummary>,
+    /// Segments or trials, in order.
+    pub groups: Vec<Group>,
+    /// What looks wrong.
+    pub suspicions: Vec<Suspicion>,
+    /// Rows that cannot be used, with line and reason.
+    pub dropped: Vec<(u64, String)>,
+    /// Columns that no command reads, and missing cells.
+    pub notes: ReadNotes,
+    /// What the reader had to say.
+    pub warnings: Vec<String>,
+}
+
+/// Counts a channel.
+fn summary(
+    name: &str,
+    values: impl Iterator<Item = Option<f64>>,
+    notes: &ReadNotes,
+) -> ChannelSummary {
+    let (mut present, mut absent, mut sum) = (0_usize, 0_usize, 0.0);
+    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+    for value in values {
+        match value {
+            Some(x) => {
+                present += 1;
+                sum += x;
+                low = low.min(x);
+                high = high.max(x);
+            }
+            None => absent += 1,
+        }
+    }
+    let not_finite = notes.missing.get(name).map_or(0, |m| m.not_finite);
+    ChannelSummary {
+        name: name.to_owned(),
+        present,
+        missing: MissingCells {
+            blank: absent.saturating_sub(not_finite),
+            not_finite: not_finite.min(absent),
+        },
+        range: (present > 0).then(|| [low, sum / present as f64, high]),
+    }
+}
+
+/// Largest absolute value.
+fn largest(channel: &ChannelSummary) -> f64 {
+    channel
+        .range
+        .map_or(0.0, |[low, _, high]| low.abs().max(high.abs()))
+}
+
+/// An angle of ground or wheel that is larger than a vehicle survives.
+fn angle(channel: &ChannelSummary) -> Option<Suspicion> {
+    let found = largest(channel);
+    (found > std::f64::consts::FRAC_PI_2).then(|| Suspicion {
+        code: "degrees",
+        message: format!(
+            "{} reaches {found:.1} rad = {:.0} deg: degrees logged as radians? In [columns]: unit = \"deg\"",
+            channel.name,
+            found.to_degrees()
+        ),
+    })
+}
+
+/// The value below which a share of the values lies.
+fn quantile(values: &mut [f64], share: f64) -> Option<f64> {
+    values.sort_by(f64::total_cmp);
+    let k = (share * values.len().saturating_sub(1) as f64).round() as usize;
+    values.get(k).copied()
+}

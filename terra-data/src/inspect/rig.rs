@@ -1,0 +1,158 @@
+//! What is in a rig log.
+
+use super::clock::Pace;
+use super::{Group, Inspection, Suspicion, angle, largest, summary};
+use crate::kind::LogKind;
+use crate::rig::{Measured, RigLog, RigRow};
+use crate::rover::Rover;
+
+/// Fewest rows that say anything about a sign.
+const FEW: usize = 5;
+/// Share of driving rows with a torque against the rotation, above which its sign is doubted.
+const AGAINST: f64 = 0.8;
+/// A wheel pulls at most about its load: friction angles stay below 45 deg, and light wheels on cohesive soil rarely double it.
+const PULL_OVER_LOAD: f64 = 3.0;
+
+type Reading = fn(&RigRow) -> Option<f64>;
+
+/// Counts the channels of a rig log and says what looks wrong in it.
+pub fn inspect_rig(log: &RigLog, rover: Option<&Rover>) -> Inspection {
+    fn value(m: Option<Measured>) -> Option<f64> {
+        m.map(|m| m.value)
+    }
+    let readings: [(&str, Reading); 10] = [
+        ("time_s", |r| r.time),
+        ("slip", |r| Some(r.slip.value)),
+        ("normal_load_N", |r| Some(r.normal_load.value)),
+        ("drawbar_pull_N", |r| value(r.drawbar_pull)),
+        ("torque_N_m", |r| value(r.torque)),
+        ("sinkage_m", |r| value(r.sinkage)),
+        ("side_force_N", |r| value(r.side_force)),
+        ("slip_angle_rad", |r| r.slip_angle),
+        ("travel_speed_m_s", |r| r.travel_speed),
+        ("wheel_speed_rad_s", |r| r.wheel_speed),
+    ];
+    let channels: Vec<_> = readings
+        .iter()
+        .map(|(name, read)| summary(name, log.rows.iter().map(read), &log.notes))
+        .filter(|c| c.present > 0)
+        .collect();
+    let mut groups: Vec<Group> = Vec::new();
+    let mut times: Vec<Vec<f64>> = Vec::new();
+    for row in &log.rows {
+        let at = groups.iter().position(|g| g.name == row.trial);
+        let at = at.unwrap_or_else(|| {
+            groups.push(Group {
+                name: row.trial.clone(),
+                rows: 0,
+                pace: None,
+            });
+            times.push(Vec::new());
+            groups.len() - 1
+        });
+        if let (Some(group), Some(time)) = (groups.get_mut(at), times.get_mut(at)) {
+            group.rows += 1;
+            time.extend(row.time);
+        }
+    }
+    for (group, time) in groups.iter_mut().zip(&times) {
+        group.pace = Pace::of(time);
+    }
+    let mut suspicions: Vec<Suspicion> = groups
+        .iter()
+        .filter_map(|g| g.pace.as_ref().map(|p| p.suspicions(&g.name)))
+        .flatten()
+        .collect();
+    for channel in &channels {
+        match channel.name.as_str() {
+            "slip_angle_rad" => suspicions.extend(angle(channel)),
+            "slip" if largest(channel) > 1.0 => suspicions.push(Suspicion {
+                code: "slip-range",
+                message: format!(
+                    "slip reaches {:.3}; it lies in [-1, 1]: percent, or another definition? In [columns]: convention = \"percent\"",
+                    largest(channel)
+                ),
+            }),
+            "sinkage_m" => suspicions.extend(deep(largest(channel), rover)),
+            "torque_N_m" | "drawbar_pull_N" => {
+                suspicions.extend(still(&channel.name, channel.range, channel.present));
+            }
+            _ => {}
+        }
+    }
+    suspicions.extend(loads(log));
+    suspicions.extend(torque_sign(log));
+    Inspection {
+        kind: LogKind::Rig,
+        rows: log.rows.len(),
+        channels,
+        groups,
+        suspicions,
+        dropped: log.dropped.clone(),
+        notes: log.notes.clone(),
+        warnings: log.warnings.clone(),
+    }
+}
+
+fn deep(found: f64, rover: Option<&Rover>) -> Option<Suspicion> {
+    let limit = rover.map_or(0.5, |r| 2.0 * r.wheel.radius);
+    (found > limit).then(|| Suspicion {
+        code: "millimetres",
+        message: format!(
+            "sinkage_m reaches {found:.2} m, deeper than {limit} m: millimetres logged as metres? In [columns]: unit = \"mm\""
+        ),
+    })
+}
+
+fn still(name: &str, range: Option<[f64; 3]>, rows: usize) -> Option<Suspicion> {
+    let [low, _, high] = range?;
+    (low == high && rows >= FEW).then(|| Suspicion {
+        code: "stuck",
+        message: format!(
+            "{name} is exactly {low} in all {rows} rows: a stuck or unplugged sensor?"
+        ),
+    })
+}
+
+fn loads(log: &RigLog) -> Option<Suspicion> {
+    let bad = log.rows.iter().find(|r| r.normal_load.value <= 0.0);
+    if let Some(row) = bad {
+        return Some(Suspicion {
+            code: "load-sign",
+            message: format!(
+                "normal_load_N is {} in line {}: a load presses down and is positive",
+                row.normal_load.value, row.line
+            ),
+        });
+    }
+    let row = log.rows.iter().find(|r| {
+        r.drawbar_pull
+            .is_some_and(|d| d.value.abs() > PULL_OVER_LOAD * r.normal_load.value)
+    })?;
+    Some(Suspicion {
+        code: "load-unit",
+        message: format!(
+            "line {}: drawbar pull {} N on a load of {} N: load in kg or kN, or pull in another unit?",
+            row.line,
+            row.drawbar_pull.map_or(0.0, |d| d.value),
+            row.normal_load.value
+        ),
+    })
+}
+
+fn torque_sign(log: &RigLog) -> Option<Suspicion> {
+    let driving: Vec<f64> = log
+        .rows
+        .iter()
+        .filter(|r| r.slip.value > 0.05)
+        .filter_map(|r| r.torque.map(|t| t.value))
+        .collect();
+    let negative = driving.iter().filter(|t| **t < 0.0).count();
+    (driving.len() >= FEW && negative as f64 > AGAINST * driving.len() as f64).then(|| Suspicion {
+        code: "torque-sign",
+        message: format!(
+            "torque_N_m is negative in {negative} of {} rows with a driving slip: sign flipped? A torque that drives forward is positive",
+            driving.len()
+        ),
+    })
+}
