@@ -21,7 +21,7 @@ pub struct Columns {
 }
 
 impl Columns {
-    /// The driving rows, [`REPEATS`] times over.
+    /// The driving rows, `REPEATS` times over.
     ///
     /// # Errors
     /// [`BenchError::Model`].

@@ -15,7 +15,7 @@ pub(crate) const SCHEMA: &str = "terra-challenge-key/1";
 /// A key file.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
 pub struct KeyFile {
-    /// [`SCHEMA`].
+    /// `terra-challenge-key/1`.
     pub schema: String,
     /// What every case was made from; a key without it cannot be simulated again.
     #[serde(default, skip_serializing_if = "Option::is_none")]
