@@ -10,6 +10,8 @@ use crate::measurement::Innovation;
 pub(crate) struct Watch {
     /// Time of unbroken rejection \[s\]; `None` while the channel is accepted.
     rejected_for: Vec<Option<f64>>,
+    /// Time since the filter began \[s\].
+    age: f64,
     pub(crate) resets: Vec<usize>,
 }
 
@@ -17,6 +19,7 @@ impl Watch {
     pub(crate) fn new(channels: usize) -> Self {
         Watch {
             rejected_for: vec![None; channels],
+            age: 0.0,
             resets: vec![0; channels],
         }
     }
@@ -24,9 +27,11 @@ impl Watch {
     /// Forgets the clocks, keeps the counts.
     pub(crate) fn restart(&mut self) {
         self.rejected_for.fill(None);
+        self.age = 0.0;
     }
 
     pub(crate) fn elapse(&mut self, dt: f64) {
+        self.age += dt;
         for clock in self.rejected_for.iter_mut().flatten() {
             *clock += dt;
         }
@@ -41,7 +46,7 @@ impl Watch {
     /// the while, and would sooner or later take a faulty reading for a possible one: then the filter follows the fault,
     /// and the sensor's return looks like the next fault.
     pub(crate) fn distrusts(&self, channel: usize) -> bool {
-        self.rejected_for[channel].is_some_and(|time| time >= DISTRUST_AFTER)
+        self.age >= SETTLED && self.rejected_for[channel].is_some_and(|time| time >= DISTRUST_AFTER)
     }
 
     /// A channel inside its gate.
@@ -78,9 +83,11 @@ impl Watch {
     }
 }
 
-/// Time of unbroken rejection after which a channel has no say \[s\]. A hard start from rest is rejected for .1 s and more, and
-/// must keep its say.
-const DISTRUST_AFTER: f64 = 0.3;
+/// Time of unbroken rejection after which a channel has no say \[s\].
+const DISTRUST_AFTER: f64 = 0.1;
+/// Time before which a filter knows too little to take a channel's say away \[s\]: a hard start from rest is rejected for a
+/// while too.
+const SETTLED: f64 = 0.5;
 /// Share of the gate inside which it gets it back.
 const TRUST_AGAIN: f64 = 0.6;
 /// Inflation of a channel without say.

@@ -19,6 +19,8 @@ use crate::weigh::{Amplitudes, Weighed, weigh};
 const CONFIRM_WITHIN: f64 = 10.0;
 /// Effects confirmed at least.
 const CONFIRM_AT_LEAST: usize = 5;
+/// Other structures, the best by themselves, under which effects are weighed too.
+const STRUCTURES: usize = 2;
 /// Effects that get partners.
 const PAIR_SEEDS: usize = 3;
 /// Pairs confirmed around each.
@@ -93,13 +95,14 @@ pub(crate) fn screen_all<P: Predictor>(
     (screen, asked)
 }
 
-/// Confirms singles by joint fits, under the nominal structure and (on a rig) under every other one.
+/// Confirms singles by joint fits, under the nominal structure and (on a rig) under the best other ones.
 pub(crate) fn confirm_singles<P: Predictor>(
     data: &DataSet,
     predictor: &P,
     setup: &Setup<'_>,
     null: &Hypothesis,
     null_weighed: &Weighed,
+    structures: &[Weighed],
     levels: &Amplitudes,
     screen: &[Screened],
     asked: &Asked,
@@ -125,16 +128,21 @@ pub(crate) fn confirm_singles<P: Predictor>(
         })
         .map(|(_, k)| *k)
         .collect();
+    // An effect on top of a structure that is far from the data would only be fitted to the structure's error.
+    let mut others: Vec<&Weighed> = structures.iter().collect();
+    others.sort_by(|a, b| b.log_evidence.total_cmp(&a.log_evidence));
+    others.truncate(STRUCTURES);
     confirmed
         .par_iter()
         .filter_map(|&k| {
             let effect = &asked[k];
             let mut bases = vec![(null.clone(), null_weighed.fit.x.as_slice().to_vec())];
             if setup.kind == LogKind::Rig {
-                for (law, soil) in &setup.structures {
-                    let h = Hypothesis::null(law.clone(), Arc::clone(soil));
-                    bases.push((h.clone(), vec![0.0; h.len()]));
-                }
+                bases.extend(
+                    others
+                        .iter()
+                        .map(|w| (w.hypothesis.clone(), w.fit.x.as_slice().to_vec())),
+                );
             }
             let weighed: Vec<Weighed> = bases
                 .into_iter()

@@ -107,16 +107,6 @@ pub(crate) fn weigh_rivals<P: Predictor>(
         &mut not_asked,
     );
 
-    let singles = confirm_singles(
-        data,
-        predictor,
-        setup,
-        &null,
-        &null_weighed,
-        &levels,
-        &screen,
-        &asked,
-    );
     let structures: Vec<Weighed> = setup
         .structures
         .par_iter()
@@ -126,6 +116,17 @@ pub(crate) fn weigh_rivals<P: Predictor>(
             weigh(data, predictor, &h, &levels, &starts, None).ok()
         })
         .collect();
+    let singles = confirm_singles(
+        data,
+        predictor,
+        setup,
+        &null,
+        &null_weighed,
+        &structures,
+        &levels,
+        &screen,
+        &asked,
+    );
     let pairs = if settings.combine >= 2 {
         confirm_pairs(
             data, predictor, &null, &levels, &singles, &asked, &plain, setup.kind,
