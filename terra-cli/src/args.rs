@@ -366,6 +366,13 @@ pub(crate) struct GapArgs {
     /// Most effects combined (1 or 2).
     #[arg(long, default_value_t = 2, value_parser = clap::value_parser!(u8).range(1..=2))]
     pub(crate) combine: u8,
+    /// Mock cases of this log's own design, with known causes, from which probabilities and thresholds are learned; 0 takes
+    /// those that ship. 100 is a good number, and costs a hundred diagnoses.
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=100_000))]
+    pub(crate) calibrate: u32,
+    /// Seed of the mock cases.
+    #[arg(long, default_value_t = 1)]
+    pub(crate) seed: u64,
     /// JSON to write.
     #[arg(long, value_name = "FILE")]
     pub(crate) json: Option<PathBuf>,

@@ -87,10 +87,7 @@ pub fn to_json(d: &Diagnosis, provenance: &Provenance) -> Value {
         "after": after,
         "terrain": terrain(d),
         "next": d.next,
-        "calibration": {
-            "kind": "none",
-            "note": "probabilities are those of the evidences as they stand: not yet calibrated on simulated cases of this design",
-        },
+        "calibration": d.calibration,
         "data": {
             "values": d.data.len(),
             "observations": d.data.observations.len(),

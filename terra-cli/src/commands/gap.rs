@@ -91,7 +91,11 @@ pub(crate) fn diagnose(
     let provenance = Provenance {
         log_sha256: file.sha256(),
         rover_sha256,
-        seed: 0,
+        seed: if settings.calibrate > 0 {
+            settings.seed
+        } else {
+            0
+        },
     };
     Ok(Verdict {
         diagnosis,
@@ -109,6 +113,8 @@ pub(crate) fn run(args: &GapArgs, quiet: bool) -> Result<(), CliError> {
     let settings = |rover: &Rover, kind: LogKind| -> Result<Settings, CliError> {
         let mut settings = Settings::of(rover);
         settings.combine = args.combine.into();
+        settings.calibrate = args.calibrate as usize;
+        settings.seed = args.seed;
         if args.effects != "all" {
             settings.effects = Some(
                 args.effects

@@ -20,12 +20,12 @@ pub(crate) fn run(class: ClassArg, out: &Path, force: bool) -> Result<(), CliErr
     };
     written.map_err(|e| exists(e, out))?;
     let guesses = text.matches("estimate: ").count();
-    let todo = match guesses {
+    let open = match guesses {
         0 => String::new(),
         n => format!(", {n} marked 'estimate: ...': replace those by what you measure"),
     };
     output::stdout(&format!(
-        "{}: {} lines{todo}\n",
+        "{}: {} lines{open}\n",
         out.display(),
         text.lines().count()
     ))

@@ -45,9 +45,7 @@ pub(super) fn write(s: &mut Section, d: &Diagnosis) {
     }
     s.heading("Notes");
     let mut notes: Vec<Item> = d.data.notes.iter().map(|n| note(n)).collect();
-    notes.push(note(
-        "Probabilities follow from the evidences as they stand; they are not calibrated on simulated cases of this design.",
-    ));
+    notes.push(note(&calibration(d)));
     notes.push(note(
         "The soil is re-fitted before anything is blamed: what other soil could explain is not counted as a gap.",
     ));
@@ -97,4 +95,16 @@ fn channels(d: &Diagnosis) -> Table {
         ]);
     }
     t
+}
+
+/// What turned evidence into probabilities, in a sentence.
+fn calibration(d: &Diagnosis) -> String {
+    match &d.calibration {
+        Some(c) if c.cases > 0 => format!(
+            "Probabilities are calibrated: {} (temperature {:.2}, a name needs {:.1} nats, a second cause {:.1}).",
+            c.source, c.temperature, c.null_gain, c.second_gain
+        ),
+        _ => "Probabilities follow from the evidences as they stand; they are not calibrated on cases of this design. `--calibrate 100` does that."
+            .to_owned(),
+    }
 }
