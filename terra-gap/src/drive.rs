@@ -6,7 +6,11 @@
 //!
 //! # Equation
 //! T_q = I_w ω_q' + T_r,q + b_w ω_q + drivetrain losses;  a_x = (Σ D + F_x)/m;  v' = a_x - g sin(pitch);
-//! r' = ((t_w/2)(D_right - D_left) - M_res r + M_z)/I_zz, loads N_f = m (g cos(pitch) l_r - h a_x)/(2 L) and so on.
+//! r' = ((t_w/2)(D_right - D_left) + Σ x F_y - M_res r + M_z)/I_zz.
+//!
+//! Loads: N_f = m (g' l_r - h a_x)/(2 L) a front wheel, N_r likewise, g' = g cos(pitch) cos(roll); a turn and a side slope
+//! move load to the right wheels, N (1 + 2 h a_y/(g' t_w)), with a_y = v r + g cos(pitch) sin(roll): the vehicle does not
+//! drift. A wheel x ahead of the centre then has the slip angle atan(x r/|v|).
 
 mod read;
 
@@ -47,6 +51,7 @@ struct Window {
     /// changes within the window.
     nodes: Vec<f64>,
     pitch: f64,
+    roll: f64,
     payload: f64,
     earlier_passes: f64,
     path: f64,
@@ -87,17 +92,27 @@ impl DrivePredictor {
 
         let (sin, cos) = vehicle.pitch.sin_cos();
         let specific = acceleration + sin * GRAVITY;
+        let (sin_roll, cos_roll) = window.roll.sin_cos();
+        let pressing = cos * (GRAVITY * cos_roll);
         let to_rear = vehicle.wheelbase - vehicle.cg_to_front_axle;
         let transfer = vehicle.cg_height * specific;
         let share = vehicle.mass / (vehicle.wheelbase * 2.0);
-        let front = share * (to_rear * cos * GRAVITY - transfer);
-        let rear = share * (vehicle.cg_to_front_axle * cos * GRAVITY + transfer);
+        let front = share * (to_rear * pressing - transfer);
+        let rear = share * (vehicle.cg_to_front_axle * pressing + transfer);
+        let aside = speed * yaw_rate + cos * (GRAVITY * sin_roll);
+        let lean = vehicle.cg_height * aside * 2.0 / (pressing * vehicle.track);
 
         let mut pull = [T::zero(); 4];
         let mut torque = [T::zero(); 4];
+        let mut side_moment = T::zero();
         for q in 0..4 {
             let left = q % 2 == 0;
             let arm = vehicle.track * if left { -0.5 } else { 0.5 };
+            let ahead = if q < 2 {
+                vehicle.cg_to_front_axle
+            } else {
+                -to_rear
+            };
             let travel = speed + yaw_rate * arm;
             let rim = wheel[q] * vehicle.wheel_radius;
             if (rim * travel).primal().any_lt(T::zero().primal()) {
@@ -109,7 +124,8 @@ impl DrivePredictor {
             }
             // In reverse the wheel meets the same soil mirrored: magnitudes in, signs out.
             let direction = rim.select_lt(T::zero(), -T::one(), T::one());
-            let load = if q < 2 { front } else { rear };
+            let leaning = if left { T::one() - lean } else { lean + 1.0 };
+            let load = if q < 2 { front } else { rear } * leaning;
             let mut at = Contact::new(
                 library_slip(rim, travel),
                 load,
@@ -119,6 +135,8 @@ impl DrivePredictor {
             at.speed = travel;
             at.wheel_speed = wheel[q];
             at.yaw_rate = yaw_rate;
+            at.wheelbase = vehicle.wheelbase;
+            at.slip_angle = (ahead * yaw_rate / travel.abs()).atan();
             at.path = T::from(window.path);
             at.time = T::from(window.time);
             at.side = T::from(if left { -1.0 } else { 1.0 });
@@ -127,6 +145,7 @@ impl DrivePredictor {
             at.earlier_passes = T::from(window.earlier_passes + if leads { 0.0 } else { 1.0 });
             let forces = law.forces_at(p, &at)?;
             pull[q] = forces.drawbar_pull * direction;
+            side_moment += ahead * forces.lateral_force;
             torque[q] = vehicle.wheel_inertia * raw[WHEEL_RATE + q]
                 + forces.resistive_torque * direction
                 + vehicle.wheel_damping * wheel[q];
@@ -148,7 +167,7 @@ impl DrivePredictor {
             });
         let force = pull[0] + pull[1] + pull[2] + pull[3] + loads.force_x;
         let felt = force / vehicle.mass;
-        let turning = ((pull[1] + pull[3] - pull[0] - pull[2]) * vehicle.track * 0.5
+        let turning = ((pull[1] + pull[3] - pull[0] - pull[2]) * vehicle.track * 0.5 + side_moment
             - vehicle.yaw_damping * yaw_rate
             + loads.yaw_moment)
             / vehicle.yaw_inertia;

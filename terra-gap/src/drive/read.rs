@@ -263,6 +263,7 @@ pub(crate) fn from_log(
                 nodes,
                 measured: measured.clone(),
                 pitch: mean(&log.pitch).unwrap_or(0.0),
+                roll: mean(&log.roll).unwrap_or(0.0),
                 payload,
                 earlier_passes: (pass - 1.0).max(0.0),
                 path: mean(&log.distance).unwrap_or(path),
