@@ -73,6 +73,17 @@ pub(crate) fn screen_all<P: Predictor>(
         ..fit.clone()
     };
     let tangent = Tangent::of(&at_base);
+    if asked.len() > 1 && !jacobian.iter().all(|v| v.is_finite()) {
+        // One effect without a slope here spoils the slopes of all: ask each by itself.
+        let mut found = (vec![], vec![]);
+        for effect in asked {
+            let alone = [effect];
+            let (rows, kept) = screen_all(data, predictor, base, fit, &alone, whitener, not_asked);
+            found.0.extend(rows);
+            found.1.extend(kept);
+        }
+        return found;
+    }
     let mut at = base.len();
     let mut screen = vec![];
     asked.retain(|effect| {

@@ -36,6 +36,7 @@ mod sensor;
 mod settings;
 mod setup;
 mod soil;
+mod structures;
 mod unknown;
 mod verdict;
 mod weigh;

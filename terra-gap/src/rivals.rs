@@ -3,8 +3,6 @@
 
 use std::sync::Arc;
 
-use rayon::prelude::*;
-
 use crate::candidates::Candidates;
 use crate::confirm::{confirm_pairs, confirm_singles, screen_all};
 use crate::dataset::{DataSet, Predictor};
@@ -12,9 +10,10 @@ use crate::error::GapError;
 use crate::fit::Fit;
 use crate::hypothesis::Hypothesis;
 use crate::noise::NoiseModel;
-use crate::null::{drop_unanswered, refit, starts_of};
+use crate::null::{drop_unanswered, refit};
 use crate::settings::{LogKind, Settings};
 use crate::setup::{ADEQUATE, Screened, Setup};
+use crate::structures::{Structures, weigh_structures};
 use crate::unknown;
 use crate::weigh::{Amplitudes, Weighed, unknown_amplitudes, weigh};
 
@@ -107,22 +106,20 @@ pub(crate) fn weigh_rivals<P: Predictor>(
         &mut not_asked,
     );
 
-    let structures: Vec<Weighed> = setup
-        .structures
-        .par_iter()
-        .filter_map(|(law, soil)| {
-            let h = Hypothesis::null(law.clone(), Arc::clone(soil));
-            let starts = starts_of(&h, setup.kind);
-            weigh(data, predictor, &h, &levels, &starts, None).ok()
-        })
-        .collect();
+    let structures =
+        |rivals: &[&Weighed]| weigh_structures(data, predictor, setup, &noise, &levels, rivals);
+    // On a rig effects are weighed under other structures too; a drive's structures must measure up to its effects first.
+    let mut found = match setup.kind {
+        LogKind::Rig => structures(&[])?,
+        LogKind::Drive | LogKind::Kinematic => Structures::default(),
+    };
     let singles = confirm_singles(
         data,
         predictor,
         setup,
         &null,
         &null_weighed,
-        &structures,
+        &found.weighed,
         &levels,
         &screen,
         &asked,
@@ -134,6 +131,17 @@ pub(crate) fn weigh_rivals<P: Predictor>(
     } else {
         vec![]
     };
+
+    if setup.kind != LogKind::Rig {
+        let rivals: Vec<&Weighed> = singles
+            .iter()
+            .flat_map(|(_, w)| w)
+            .chain(&pairs)
+            .chain([&null_weighed])
+            .collect();
+        found = structures(&rivals)?;
+    }
+    not_asked.extend(found.out);
 
     // Unknown: a discrepancy larger than any hypothesis may use, on top of explanations that are not adequate by
     // themselves. An adequate one with a larger discrepancy is still that explanation.
@@ -158,7 +166,7 @@ pub(crate) fn weigh_rivals<P: Predictor>(
         null_weighed,
         screen,
         singles,
-        structures,
+        structures: found.weighed,
         pairs,
         log_unknown,
         not_asked,
