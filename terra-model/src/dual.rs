@@ -71,3 +71,18 @@ pub fn jacobian<E>(
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::real::Real;
+
+    /// d tanh(x)/dx = 1 - tanh²(x), also where sinh and cosh² overflow.
+    #[test]
+    fn tanh_has_its_slope_everywhere() {
+        for x in [-800.0, -1.0, 0.0, 0.3, 40.0, 400.0] {
+            let (_, slope) = jacobian(&[x], |x| Ok::<_, ()>(vec![Real::tanh(x[0])])).unwrap();
+            assert_eq!(slope[(0, 0)], 1.0 - f64::tanh(x).powi(2));
+        }
+    }
+}
