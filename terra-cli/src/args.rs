@@ -237,6 +237,38 @@ pub(crate) enum Campaign {
         #[arg(long, value_name = "FILE")]
         json: Option<PathBuf>,
     },
+    /// Sealed cases made, diagnosed and marked, beside what must be reached and what naive answers reach.
+    Gap {
+        #[command(flatten)]
+        cases: CampaignCases,
+        /// Diagnose the single cases once more with the true effect taken out of the library.
+        #[arg(long)]
+        left_out: bool,
+        /// JSON to write.
+        #[arg(long, value_name = "FILE")]
+        json: Option<PathBuf>,
+    },
+    /// Cases with known truth, and the calibration that they teach, as `calibration.toml`.
+    GapCalibration {
+        #[command(flatten)]
+        cases: CampaignCases,
+    },
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct CampaignCases {
+    /// Designs: ramp, steps, flat, rich, rig.
+    #[arg(long, value_delimiter = ',', default_value = "ramp,rich", value_parser = crate::challenge::DESIGNS)]
+    pub(crate) designs: Vec<String>,
+    /// Cases of each design.
+    #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    pub(crate) cases: u32,
+    /// Seed of everything that is drawn.
+    #[arg(long, default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// Folder for logs, keys and verdicts; what is there already is kept.
+    #[arg(long)]
+    pub(crate) out: PathBuf,
 }
 
 #[derive(Debug, clap::Args)]

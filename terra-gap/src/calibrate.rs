@@ -67,6 +67,7 @@ pub(crate) fn calibrate<P: Predictor>(
     let own = Calibration::learn(&cases, &frozen, source);
     Ok(Calibration {
         temperature: own.temperature.max(frozen.temperature),
+        floor: own.floor.max(frozen.floor),
         set_probability: own.set_probability.max(frozen.set_probability),
         null_gain: own.null_gain.max(frozen.null_gain),
         second_gain: own.second_gain.max(frozen.second_gain),

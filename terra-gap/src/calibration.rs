@@ -2,7 +2,8 @@
 //! from cases whose truth was known.
 //!
 //! # Equation
-//! P_k = π_k exp(g_k / T) / Σ, g = ln Z - ln Z of the nominal model. T minimises Σ -ln P(truth); the set is the smallest whose
+//! P_k = (1 - ε) π_k exp(g_k / T) / Σ + ε π_k, g = ln Z - ln Z of the nominal model: with probability ε the evidence says
+//! nothing, as where the truth is no hypothesis at all. T and ε minimise Σ -ln P(truth); the set is the smallest whose
 //! probability reaches the level that held the truth in 90 % of the cases; a name needs a gain above the 95 % quantile of
 //! what the best effect gained on cases without any.
 //!
@@ -23,6 +24,9 @@ pub struct Calibration {
     pub design: String,
     /// T: 1 takes evidences as they are.
     pub temperature: f64,
+    /// ε: how often evidence, however strong, says nothing.
+    #[serde(default)]
+    pub floor: f64,
     /// Probability that a set must reach to hold the truth in 90 % of cases.
     pub set_probability: f64,
     /// Gain \[nats\] that the best effect stays below on 95 % of logs without any.
@@ -36,7 +40,7 @@ pub struct Calibration {
 }
 
 /// One answer before calibration.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Weight {
     pub(crate) ln_prior: f64,
     /// ln Z less that of the nominal model.
@@ -46,7 +50,7 @@ pub(crate) struct Weight {
 }
 
 /// All answers of one diagnosis with their priors and evidences: the causes, then none, then unknown.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Evidence {
     pub(crate) names: Vec<String>,
     pub(crate) weights: Vec<Weight>,
@@ -104,6 +108,8 @@ const FROZEN: &str = include_str!("calibration.toml");
 /// Manoeuvres from which a drive counts as rich.
 const RICH: usize = 5;
 const HIGHEST_TEMPERATURE: f64 = 30.0;
+/// Floors that are tried.
+const FLOORS: [f64; 9] = [0.0, 0.005, 0.01, 0.02, 0.03, 0.05, 0.08, 0.12, 0.2];
 
 #[derive(Deserialize)]
 struct Table {
@@ -131,6 +137,18 @@ impl Calibration {
             .ok_or_else(|| GapError::Calibration(format!("no design {name}")))
     }
 
+    /// A row of the file of calibrations.
+    ///
+    /// # Errors
+    /// Numbers that TOML cannot hold.
+    pub fn to_toml(&self) -> Result<String, GapError> {
+        #[derive(Serialize)]
+        struct Row<'a> {
+            design: [&'a Calibration; 1],
+        }
+        toml::to_string(&Row { design: [self] }).map_err(|e| GapError::Calibration(e.to_string()))
+    }
+
     /// Probabilities of answers.
     pub(crate) fn probabilities(&self, weights: &[Weight]) -> Vec<f64> {
         let alone = weights.iter().filter(|w| !w.second).map(|w| w.gain);
@@ -146,7 +164,15 @@ impl Calibration {
             })
             .collect();
         let total = log_sum_exp(logs.iter().copied());
-        logs.iter().map(|l| (l - total).exp()).collect()
+        let prior = log_sum_exp(weights.iter().map(|w| w.ln_prior));
+        weights
+            .iter()
+            .zip(logs)
+            .map(|(w, l)| {
+                let (said, before) = ((l - total).exp(), (w.ln_prior - prior).exp());
+                said + self.floor * (before - said)
+            })
+            .collect()
     }
 
     /// Learns from cases; what they are too few to show stays as `fallback` has it.
@@ -163,18 +189,21 @@ impl Calibration {
         if let Some(gain) = upper_quantile(&needless, 0.95) {
             out.second_gain = gain.max(0.0);
         }
-        // ln T on a grid: the loss is smooth and its minimum broad.
-        let steps = 120;
+        // On a grid: the loss is smooth and its minimum broad.
+        let steps = 60;
         let mut best = f64::INFINITY;
-        for k in 0..=steps {
-            let mut trial = out.clone();
-            trial.temperature = HIGHEST_TEMPERATURE.powf(f64::from(k) / f64::from(steps));
-            let loss: f64 = cases
-                .iter()
-                .map(|c| -trial.probabilities(&c.weights)[c.truth].max(1e-9).ln())
-                .sum();
-            if loss < best {
-                (best, out) = (loss, trial);
+        for floor in FLOORS {
+            for k in 0..=steps {
+                let mut trial = out.clone();
+                trial.floor = floor;
+                trial.temperature = HIGHEST_TEMPERATURE.powf(f64::from(k) / f64::from(steps));
+                let loss: f64 = cases
+                    .iter()
+                    .map(|c| -trial.probabilities(&c.weights)[c.truth].max(1e-9).ln())
+                    .sum();
+                if loss < best {
+                    (best, out) = (loss, trial);
+                }
             }
         }
         let levels: Vec<f64> = cases.iter().map(|c| out.level_of(c)).collect();
@@ -217,6 +246,7 @@ mod tests {
         Calibration {
             design: "test".to_owned(),
             temperature: 1.0,
+            floor: 0.0,
             set_probability: 0.9,
             null_gain: 3.0,
             second_gain: 3.0,
@@ -250,6 +280,23 @@ mod tests {
         // Three in ten truths stand behind .7 of probability: the set must go past it.
         assert!(learned.set_probability >= 0.68, "{learned:?}");
         assert_eq!(learned.null_gain, 3.0);
+    }
+
+    /// Evidence of a hundred nats that is wrong once in ten: no temperature mends that, the floor does.
+    #[test]
+    fn what_no_hypothesis_knows_is_left_to_the_prior() {
+        let half = 0.5f64.ln();
+        let cases: Vec<Case> = (0..100)
+            .map(|k| Case {
+                truth: usize::from(k % 10 == 0),
+                causes: 2,
+                weights: vec![single(half, 100.0), single(half, 0.0)],
+            })
+            .collect();
+        let learned = Calibration::learn(&cases, &start(), "test".to_owned());
+        let p = learned.probabilities(&cases[0].weights);
+        assert!((p[0] - 0.9).abs() < 0.02, "{learned:?} {p:?}");
+        assert!((p[0] + p[1] - 1.0).abs() < 1e-12);
     }
 
     /// 95 % of 19 nulls lie at or below the largest: ceil(20 * .95) = 19.
@@ -286,6 +333,7 @@ mod tests {
         for (kind, groups) in [(LogKind::Rig, 1), (LogKind::Drive, 1), (LogKind::Drive, 9)] {
             let c = Calibration::frozen(kind, groups).unwrap();
             assert!(c.temperature >= 1.0 && (0.5..1.0).contains(&c.set_probability));
+            assert!((0.0..0.5).contains(&c.floor));
         }
     }
 }

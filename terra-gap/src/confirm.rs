@@ -2,15 +2,16 @@
 
 use std::sync::Arc;
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use terra_model::{AnyEffect, Touch};
 
 use crate::dataset::{DataSet, Predictor};
+use crate::evidence::posterior;
 use crate::fit::{Fit, evaluate};
 use crate::hypothesis::Hypothesis;
 use crate::noise::Whitener;
-use crate::screen::Tangent;
+use crate::screen::{Score, Tangent};
 use crate::settings::LogKind;
 use crate::setup::{Screened, Setup};
 use crate::weigh::{Amplitudes, Weighed, weigh};
@@ -19,6 +20,11 @@ use crate::weigh::{Amplitudes, Weighed, weigh};
 const CONFIRM_WITHIN: f64 = 10.0;
 /// Effects confirmed at least.
 const CONFIRM_AT_LEAST: usize = 5;
+/// Screened gain up to which an effect of a drive, beyond those, is weighed by its screen alone: where the data do not ask
+/// for it, its magnitude is small against its own noise and the tangent is as good as the law.
+const LINEAR_UP_TO: f64 = 0.0;
+/// Screened gain that a second cause of a drive must promise to be fitted: calibrated thresholds ask for more.
+const PARTNER_FROM: f64 = 0.0;
 /// Other structures, the best by themselves, under which effects are weighed too.
 const STRUCTURES: usize = 2;
 /// Nats by which such a structure may fall short of the nominal one.
@@ -151,8 +157,16 @@ pub(crate) fn confirm_singles<P: Predictor>(
     others.truncate(STRUCTURES);
     confirmed
         .par_iter()
-        .filter_map(|&k| {
+        .enumerate()
+        .filter_map(|(rank, &k)| {
             let effect = &asked[k];
+            if setup.kind == LogKind::Drive
+                && rank >= CONFIRM_AT_LEAST
+                && screen[k].score.log_bayes_factor <= LINEAR_UP_TO
+            {
+                let h = null.with(Arc::clone(effect)).ok()?;
+                return Some((k, vec![tangent_only(h, null_weighed, &screen[k].score)]));
+            }
             let mut bases = vec![(null.clone(), null_weighed.fit.x.as_slice().to_vec())];
             if setup.kind == LogKind::Rig {
                 bases.extend(
@@ -184,6 +198,29 @@ pub(crate) fn confirm_singles<P: Predictor>(
             (!weighed.is_empty()).then_some((k, weighed))
         })
         .collect()
+}
+
+/// The rival as the screen has it: the law replaced by its tangent at the nominal fit.
+fn tangent_only(hypothesis: Hypothesis, null: &Weighed, score: &Score) -> Weighed {
+    let mut fit = null.plain.clone();
+    fit.x = fit.x.push(0.0);
+    fit.jacobian = score.beside(&null.plain.jacobian);
+    fit.at_bound.push(false);
+    let posterior = posterior(&hypothesis, &fit);
+    let (low, high) = hypothesis.bounds();
+    let to = DVector::from_fn(fit.x.len(), |k, _| posterior.mean[k].clamp(low[k], high[k]));
+    fit.residual -= &fit.jacobian * (&to - &fit.x);
+    fit.x = to;
+    fit.cost = fit.chi2() + fit.x.norm_squared();
+    Weighed {
+        hypothesis,
+        amplitude: 0.0,
+        log_evidence: posterior.log_evidence,
+        plain_log_evidence: posterior.log_evidence,
+        posterior,
+        plain: fit.clone(),
+        fit,
+    }
 }
 
 /// A fit of physics at the contact is far from linear: a one-sided effect can sit at its bound although it is there, the soil
@@ -258,6 +295,9 @@ pub(crate) fn confirm_pairs<P: Predictor>(
             order
                 .into_iter()
                 .take(PAIRS_PER_SEED)
+                .filter(|&k| {
+                    kind != LogKind::Drive || screen[k].score.log_bayes_factor > PARTNER_FROM
+                })
                 .filter_map(|k| {
                     let second = asked
                         .iter()

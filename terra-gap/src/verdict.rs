@@ -88,6 +88,7 @@ pub fn to_json(d: &Diagnosis, provenance: &Provenance) -> Value {
         "terrain": terrain(d),
         "next": d.next,
         "calibration": d.calibration,
+        "evidence": d.evidence,
         "data": {
             "values": d.data.len(),
             "observations": d.data.observations.len(),

@@ -2,6 +2,7 @@
 
 pub mod faults;
 mod reproduction;
+pub(crate) mod targets;
 
 pub use reproduction::{Figure, reproduction};
 

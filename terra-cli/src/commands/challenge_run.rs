@@ -18,7 +18,22 @@ use crate::progress::Bar;
 
 /// Diagnoses `case_*.csv` of a folder; a verdict that is there already is kept when it is of this log.
 pub(crate) fn run(folder: &Path, out: &Path, quiet: bool) -> Result<(), CliError> {
-    let cases = cases(folder)?;
+    let text = diagnose_all(folder, out, &|_| Some(None), quiet)?;
+    output::stdout(&text)
+}
+
+/// The same for the cases that `asked` lets through, with the candidate effects it gives (none: all). Returns what became of
+/// them, in a line.
+pub(crate) fn diagnose_all(
+    folder: &Path,
+    out: &Path,
+    asked: &(dyn Fn(&str) -> Option<Option<Vec<String>>> + Sync),
+    quiet: bool,
+) -> Result<String, CliError> {
+    let cases: Vec<(String, PathBuf)> = cases(folder)?
+        .into_iter()
+        .filter(|(name, _)| asked(name).is_some())
+        .collect();
     let rover = folder.join("rover.toml");
     fs::create_dir_all(out).map_err(|reason| CliError::Write {
         target: out.display().to_string(),
@@ -30,16 +45,22 @@ pub(crate) fn run(folder: &Path, out: &Path, quiet: bool) -> Result<(), CliError
         let path = out.join(format!("{name}.json"));
         match kept(&path, log, &rover)? {
             Some(verdict) => *said.entry(verdict).or_default() += 1,
-            None => left.push((log, path)),
+            None => left.push((name, log, path)),
         }
     }
     let kept = cases.len() - left.len();
     let bar = Bar::start(quiet, left.len(), "diagnosing");
-    let settings = |rover: &Rover, _: LogKind| Ok(Settings::of(rover));
     // Each verdict is written when it is there, whole: an interrupt costs no more than what is in work.
     let done: Vec<Result<String, CliError>> = left
         .par_iter()
-        .map(|(log, path)| {
+        .map(|(name, log, path)| {
+            let effects = asked(name).flatten();
+            let settings = |rover: &Rover, _: LogKind| {
+                Ok(Settings {
+                    effects: effects.clone(),
+                    ..Settings::of(rover)
+                })
+            };
             let verdict = gap::diagnose(log, &rover, &settings).and_then(|v| {
                 output::json(Some(path), &to_json(&v.diagnosis, &v.provenance))?;
                 Ok(v.diagnosis.verdict.to_string())
@@ -70,8 +91,14 @@ pub(crate) fn run(folder: &Path, out: &Path, quiet: bool) -> Result<(), CliError
     if failed > 0 {
         text.push_str(&format!("{failed} cases could not be diagnosed\n"));
     }
-    output::stdout(&text)?;
-    first.map_or(Ok(()), Err)
+    match first {
+        Some(e) if failed == cases.len() => Err(e),
+        Some(e) => {
+            text.push_str(&format!("the first: {e}\n"));
+            Ok(text)
+        }
+        None => Ok(text),
+    }
 }
 
 /// Names and logs of a challenge, in the order of names.

@@ -1,6 +1,7 @@
 //! One file a command.
 
 mod campaign;
+mod campaign_gap;
 mod challenge;
 mod challenge_run;
 mod cite;
@@ -72,6 +73,14 @@ pub(crate) fn dispatch(args: Args) -> Result<(), CliError> {
             filter,
             json,
         }) => campaign::run_faults(runs as usize, seed, &filter, json.as_deref(), quiet),
+        Command::Campaign(Campaign::Gap {
+            cases,
+            left_out,
+            json,
+        }) => campaign_gap::run(&cases, left_out, json.as_deref(), quiet),
+        Command::Campaign(Campaign::GapCalibration { cases }) => {
+            campaign_gap::run_calibration(&cases, quiet)
+        }
         Command::Challenge(Challenge::Make(args)) => challenge::run_make(&args, quiet),
         Command::Challenge(Challenge::Run { folder, out }) => {
             challenge_run::run(&folder, &out, quiet)

@@ -1,0 +1,91 @@
+//! Other terrain models as rivals, `structure:<model>`, and which of them are worth a fit to all of the data.
+//!
+//! A drive has many windows, and some wheel laws cost a hundred times what the nominal one does. A model that cannot follow
+//! a few windows spread over the whole log, although it may choose its soil for them alone, cannot follow all of them.
+
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
+use crate::dataset::{DataSet, Predictor};
+use crate::error::GapError;
+use crate::fit::{fit_from, residual};
+use crate::hypothesis::Hypothesis;
+use crate::noise::NoiseModel;
+use crate::null::starts_of;
+use crate::settings::LogKind;
+use crate::setup::Setup;
+use crate::weigh::{Amplitudes, Weighed, weigh};
+
+/// Windows of a drive that a model is tried on first.
+const TRIED_ON: usize = 16;
+/// Nats behind the best explanation on those windows from which a model is out.
+const OUT: f64 = 15.0;
+
+/// Terrain models beside the nominal one.
+#[derive(Default)]
+pub(crate) struct Structures {
+    /// Those that were fitted to all of the data.
+    pub weighed: Vec<Weighed>,
+    /// Those that were not, with the reason.
+    pub out: Vec<(String, String)>,
+}
+
+/// Fits and weighs every other terrain model that is not far behind the best of `rivals`; without rivals, all of them.
+///
+/// # Errors
+/// A covariance that is not positive definite.
+pub(crate) fn weigh_structures<P: Predictor>(
+    data: &DataSet,
+    predictor: &P,
+    setup: &Setup<'_>,
+    noise: &NoiseModel,
+    levels: &Amplitudes,
+    rivals: &[&Weighed],
+) -> Result<Structures, GapError> {
+    let total = data.observations.len();
+    let keep: Vec<usize> = (0..TRIED_ON.min(total))
+        .map(|i| (2 * i + 1) * total / (2 * TRIED_ON.min(total)))
+        .collect();
+    let few = data.subset(&keep);
+    let whitener = noise.subset(&keep).whitener(&few)?;
+    // Half of |r|² + |x|², the part of -ln Z that can be large.
+    let best = rivals
+        .iter()
+        .filter_map(|w| {
+            let x = &w.plain.x;
+            let r = residual(&few, predictor, &w.hypothesis, x.as_slice()).ok()?;
+            Some(0.5 * (whitener.apply_vector(&r).norm_squared() + x.norm_squared()))
+        })
+        .fold(f64::INFINITY, f64::min);
+    let name = |h: &Hypothesis| format!("structure:{}", h.law.model().name());
+    let tried: Vec<Result<Weighed, (String, String)>> = setup
+        .structures
+        .par_iter()
+        .filter_map(|(law, soil)| {
+            let h = Hypothesis::null(law.clone(), Arc::clone(soil));
+            let mut starts = starts_of(&h, setup.kind);
+            if setup.kind != LogKind::Rig && best.is_finite() {
+                let fitted = fit_from(&few, predictor, &h, &whitener, &starts, None).ok()?;
+                let behind = 0.5 * fitted.cost - best;
+                if behind > OUT {
+                    let reason = format!(
+                        "{behind:.0} nats behind the best explanation on {} windows of its own choice of soil",
+                        keep.len()
+                    );
+                    return Some(Err((name(&h), reason)));
+                }
+                starts = vec![fitted.x.as_slice().to_vec()];
+            }
+            weigh(data, predictor, &h, levels, &starts, None).ok().map(Ok)
+        })
+        .collect();
+    let mut out = Structures::default();
+    for one in tried {
+        match one {
+            Ok(weighed) => out.weighed.push(weighed),
+            Err(reason) => out.out.push(reason),
+        }
+    }
+    Ok(out)
+}
