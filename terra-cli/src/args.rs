@@ -389,6 +389,13 @@ pub(crate) struct GapArgs {
     /// The nominal simulator: vehicle or rig, soil, noise (TOML).
     #[arg(long)]
     pub(crate) rover: PathBuf,
+    /// Log of an outside simulator that drove or rolled the same: the nominal simulator is made like it first, and what is
+    /// then missing on LOG is missing in that simulator too.
+    #[arg(long, value_name = "SIM_LOG")]
+    pub(crate) sim: Option<PathBuf>,
+    /// The simulator was given the soil of LOG: other soil is no answer.
+    #[arg(long, requires = "sim")]
+    pub(crate) same_bed: bool,
     /// Which groups are held out to measure how far the gap shrinks.
     #[arg(long, value_enum)]
     pub(crate) hold_out: Option<HoldOutArg>,

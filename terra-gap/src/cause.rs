@@ -14,7 +14,7 @@ pub enum CauseKind {
     Effect,
     /// Several effects together.
     Combination,
-    /// Another terrain model.
+    /// Another terrain model, or other soil than a baseline's.
     Structure,
 }
 
@@ -82,13 +82,12 @@ impl Answers {
             indistinguishable_from: vec![],
             weighed: w.clone(),
         };
-        causes.extend(rivals.structures.iter().map(|w| {
-            whole(
-                format!("structure:{}", w.hypothesis.law.model().name()),
-                CauseKind::Structure,
-                w,
-            )
-        }));
+        causes.extend(
+            rivals
+                .structures
+                .iter()
+                .map(|(name, w)| whole(name.clone(), CauseKind::Structure, w)),
+        );
         causes.extend(
             rivals
                 .pairs

@@ -121,7 +121,7 @@ pub(crate) fn confirm_singles<P: Predictor>(
     setup: &Setup<'_>,
     null: &Hypothesis,
     null_weighed: &Weighed,
-    structures: &[Weighed],
+    structures: &[(String, Weighed)],
     levels: &Amplitudes,
     screen: &[Screened],
     asked: &Asked,
@@ -151,6 +151,9 @@ pub(crate) fn confirm_singles<P: Predictor>(
     let near = null_weighed.log_evidence - STRUCTURE_WITHIN;
     let mut others: Vec<&Weighed> = structures
         .iter()
+        // The nominal law on other soil is no other law.
+        .filter(|(_, w)| w.hypothesis.law.model().name() != null.law.model().name())
+        .map(|(_, w)| w)
         .filter(|w| w.log_evidence > near)
         .collect();
     others.sort_by(|a, b| b.log_evidence.total_cmp(&a.log_evidence));

@@ -4,6 +4,7 @@ use crate::calibrate::calibrate;
 use crate::calibration::{Calibration, Evidence};
 use crate::candidates::{Candidates, gate};
 use crate::cause::{Answers, Cause};
+use crate::contrast::Baseline;
 use crate::dataset::{DataSet, Predictor};
 use crate::decide::decide;
 use crate::error::GapError;
@@ -77,6 +78,8 @@ pub struct Diagnosis {
     pub calibration: Option<Calibration>,
     /// All answers before calibration.
     pub evidence: Evidence,
+    /// The outside simulator that it was compared with.
+    pub baseline: Option<Baseline>,
 }
 
 impl Diagnosis {
@@ -111,6 +114,7 @@ impl Diagnosis {
             undetermined: vec![],
             calibration: None,
             evidence: Evidence::default(),
+            baseline: None,
         }
     }
 }
@@ -195,6 +199,7 @@ pub(crate) fn diagnose<P: Predictor>(
         undetermined,
         calibration: Some(calibration),
         evidence,
+        baseline: None,
         data,
     })
 }

@@ -12,6 +12,7 @@ mod calibration;
 mod candidates;
 mod cause;
 mod confirm;
+mod contrast;
 mod dataset;
 mod decide;
 mod diagnose;
@@ -43,6 +44,7 @@ mod weigh;
 
 pub use calibration::{Calibration, Case, Evidence};
 pub use cause::{Cause, CauseKind};
+pub use contrast::Baseline;
 pub use dataset::{ChannelInfo, DataSet, Factors, Observation};
 pub use diagnose::{Diagnosis, Waterfall};
 pub use error::GapError;
@@ -54,7 +56,7 @@ pub use kinematic::{
 pub use locate::Place;
 pub use next::Experiment;
 pub use rig::RigPredictor;
-pub use run::{diagnose_drive, diagnose_rig};
+pub use run::{diagnose_drive, diagnose_drive_against, diagnose_rig, diagnose_rig_against};
 pub use settings::{LogKind, Settings};
 pub use setup::{ADEQUATE, LOOK_ALIKE, Screened};
 pub use verdict::{Provenance, to_json};

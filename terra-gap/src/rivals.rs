@@ -34,7 +34,7 @@ pub(crate) struct Rivals {
     /// Effects alone, by their row of the screen, under every structure tried.
     pub singles: Vec<(usize, Vec<Weighed>)>,
     /// Other terrain models.
-    pub structures: Vec<Weighed>,
+    pub structures: Vec<(String, Weighed)>,
     /// Effects by two.
     pub pairs: Vec<Weighed>,
     /// ln Z of something unknown.

@@ -6,11 +6,12 @@ use terra_data::{DriveLog, RigLog, Rover};
 use terra_mme::FitSpace;
 use terra_model::{Law, Registry};
 
+use crate::contrast::against;
 use crate::diagnose::{Diagnosis, diagnose};
 use crate::error::GapError;
 use crate::kinematic::diagnose_kinematic;
 use crate::settings::{LogKind, Settings};
-use crate::setup::Setup;
+use crate::setup::{Rival, Setup};
 use crate::{drive, rig};
 
 /// Diagnoses a rig log. Returns the predictor too, for curves.
@@ -47,6 +48,54 @@ pub fn diagnose_drive(
     diagnose(data, &predictor, &setup, settings)
 }
 
+/// Diagnoses a rig log against an outside simulator, whose log of the same trials is fitted first. `same_soil`: the simulator
+/// was given this very soil, so other soil is no answer.
+///
+/// # Errors
+/// As [`diagnose_rig`]; a simulator's log that the nominal law cannot be fitted to.
+pub fn diagnose_rig_against(
+    sim: &RigLog,
+    log: &RigLog,
+    rover: &Rover,
+    registry: &Registry,
+    settings: &Settings,
+    same_soil: bool,
+) -> Result<(Diagnosis, rig::RigPredictor), GapError> {
+    let (sim_data, sim_predictor) = rig::from_log(sim, rover)?;
+    let (data, predictor) = rig::from_log(log, rover)?;
+    let kind = LogKind::Rig;
+    let (setup, baseline) = against(sim_data, &sim_predictor, registry, rover, kind, same_soil)?;
+    let mut diagnosis = diagnose(data, &predictor, &setup, settings)?;
+    diagnosis.baseline = Some(baseline);
+    Ok((diagnosis, predictor))
+}
+
+/// Diagnoses a drive log against an outside simulator, whose log of the same manoeuvres is fitted first.
+///
+/// # Errors
+/// As [`diagnose_drive`]; logs without torques; a simulator's log that the nominal law cannot be fitted to.
+pub fn diagnose_drive_against(
+    sim: &DriveLog,
+    log: &DriveLog,
+    rover: &Rover,
+    registry: &Registry,
+    settings: &Settings,
+    same_soil: bool,
+) -> Result<Diagnosis, GapError> {
+    if sim.wheel_torque.is_none() || log.wheel_torque.is_none() {
+        return Err(GapError::Mismatch(
+            "a simulator can be compared only where both logs hold torques".to_owned(),
+        ));
+    }
+    let (sim_data, sim_predictor) = drive::from_log(sim, rover)?;
+    let (data, predictor) = drive::from_log(log, rover)?;
+    let kind = LogKind::Drive;
+    let (setup, baseline) = against(sim_data, &sim_predictor, registry, rover, kind, same_soil)?;
+    let mut diagnosis = diagnose(data, &predictor, &setup, settings)?;
+    diagnosis.baseline = Some(baseline);
+    Ok(diagnosis)
+}
+
 fn setup<'a>(
     registry: &'a Registry,
     rover: &'a Rover,
@@ -62,7 +111,11 @@ fn setup<'a>(
             let other = Law::new(Arc::clone(m), law.effects().to_vec()).ok()?;
             // A structure whose parameters the start does not give cannot compete; it is left out.
             let soil = soil_of(&other, rover).ok()?;
-            Some((other, Arc::new(soil)))
+            Some(Rival {
+                name: format!("structure:{}", m.name()),
+                law: other,
+                soil: Arc::new(soil),
+            })
         })
         .collect();
     Ok(Setup {

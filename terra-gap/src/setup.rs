@@ -24,10 +24,20 @@ pub(crate) struct Setup<'a> {
     pub law: Law,
     /// Its free soil parameters.
     pub soil: Arc<FitSpace>,
-    /// Other terrain models with theirs, for `structure:<model>`.
-    pub structures: Vec<(Law, Arc<FitSpace>)>,
+    /// Other terrain models, or other soil than a baseline's.
+    pub structures: Vec<Rival>,
     /// Kind of log.
     pub kind: LogKind,
+}
+
+/// A law that competes as a whole.
+pub(crate) struct Rival {
+    /// `structure:<model>` or `soil-change`.
+    pub name: String,
+    /// Law.
+    pub law: Law,
+    /// Its free soil parameters.
+    pub soil: Arc<FitSpace>,
 }
 
 /// One effect as the screen saw it.

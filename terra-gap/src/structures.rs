@@ -1,4 +1,4 @@
-//! Other terrain models as rivals, `structure:<model>`, and which of them are worth a fit to all of the data.
+//! Other terrain models as rivals, `structure:<model>`, and other soil, `soil-change`: which of them are worth a fit to all of the data.
 //!
 //! A drive has many windows, and some wheel laws cost a hundred times what the nominal one does. A model that cannot follow
 //! a few windows spread over the whole log, although it may choose its soil for them alone, cannot follow all of them.
@@ -26,7 +26,7 @@ const OUT: f64 = 15.0;
 #[derive(Default)]
 pub(crate) struct Structures {
     /// Those that were fitted to all of the data.
-    pub weighed: Vec<Weighed>,
+    pub weighed: Vec<(String, Weighed)>,
     /// Those that were not, with the reason.
     pub out: Vec<(String, String)>,
 }
@@ -58,12 +58,11 @@ pub(crate) fn weigh_structures<P: Predictor>(
             Some(0.5 * (whitener.apply_vector(&r).norm_squared() + x.norm_squared()))
         })
         .fold(f64::INFINITY, f64::min);
-    let name = |h: &Hypothesis| format!("structure:{}", h.law.model().name());
-    let tried: Vec<Result<Weighed, (String, String)>> = setup
+    let tried: Vec<Result<(String, Weighed), (String, String)>> = setup
         .structures
         .par_iter()
-        .filter_map(|(law, soil)| {
-            let h = Hypothesis::null(law.clone(), Arc::clone(soil));
+        .filter_map(|rival| {
+            let h = Hypothesis::null(rival.law.clone(), Arc::clone(&rival.soil));
             let mut starts = starts_of(&h, setup.kind);
             if setup.kind != LogKind::Rig && best.is_finite() {
                 let fitted = fit_from(&few, predictor, &h, &whitener, &starts, None).ok()?;
@@ -73,11 +72,11 @@ pub(crate) fn weigh_structures<P: Predictor>(
                         "{behind:.0} nats behind the best explanation on {} windows of its own choice of soil",
                         keep.len()
                     );
-                    return Some(Err((name(&h), reason)));
+                    return Some(Err((rival.name.clone(), reason)));
                 }
                 starts = vec![fitted.x.as_slice().to_vec()];
             }
-            weigh(data, predictor, &h, levels, &starts, None).ok().map(Ok)
+            weigh(data, predictor, &h, levels, &starts, None).ok().map(|w| Ok((rival.name.clone(), w)))
         })
         .collect();
     let mut out = Structures::default();

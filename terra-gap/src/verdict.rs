@@ -107,6 +107,9 @@ pub fn to_json(d: &Diagnosis, provenance: &Provenance) -> Value {
         if let Some(reason) = &d.reason {
             map.insert("reason".to_owned(), json!(reason));
         }
+        if let Some(baseline) = &d.baseline {
+            map.insert("baseline".to_owned(), json!(baseline));
+        }
         if !reasons.is_empty() {
             map.insert("reasons".to_owned(), Value::Object(reasons));
         }

@@ -3,7 +3,10 @@
 use std::path::Path;
 
 use terra_data::{LogKind, Rover, hypothesis_terrains};
-use terra_gap::{Diagnosis, HoldOut, Provenance, Settings, diagnose_drive, diagnose_rig, to_json};
+use terra_gap::{
+    Diagnosis, HoldOut, Provenance, Settings, diagnose_drive, diagnose_drive_against, diagnose_rig,
+    diagnose_rig_against, to_json,
+};
 use terra_model::Registry;
 
 use crate::args::{GapArgs, HoldOutArg};
@@ -26,9 +29,17 @@ pub(crate) struct Verdict {
     curves: Option<GapCurves>,
 }
 
-/// Diagnoses one log as the command does.
+/// The log of an outside simulator.
+#[derive(Clone, Copy)]
+pub(crate) struct Against<'a> {
+    pub(crate) sim: &'a Path,
+    pub(crate) same_soil: bool,
+}
+
+/// Diagnoses one log as the command does, alone or against an outside simulator's.
 pub(crate) fn diagnose(
     log: &Path,
+    against: Option<Against<'_>>,
     rover_path: &Path,
     settings: &dyn Fn(&Rover, LogKind) -> Result<Settings, CliError>,
 ) -> Result<Verdict, CliError> {
@@ -40,13 +51,33 @@ pub(crate) fn diagnose(
     let settings = settings(&rover, kind)?;
     let registry = Registry::builtin();
     let in_files = |e: CliError| e.in_files(log, rover_path);
+    let sim = against.map(|a| LogFile::open(a.sim)).transpose()?;
+    if let Some(sim) = &sim
+        && sim.kind(&rover)? != kind
+    {
+        return Err(CliError::usage(
+            "one log is of a vehicle and the other of a rig",
+            "give the simulator's log of the same manoeuvres or trials",
+        ));
+    }
+    let same_soil = against.is_some_and(|a| a.same_soil);
     let (prior, mut diagnosis, curves) = match kind {
         LogKind::Rig => {
             let log = file.rig(&rover)?;
             let prior =
                 complete(&mut rover, &Log::Rig(&log), &registry, &terrains).map_err(in_files)?;
-            let (d, predictor) =
-                diagnose_rig(&log, &rover, &registry, &settings).map_err(|e| in_files(e.into()))?;
+            let (d, predictor) = match &sim {
+                Some(sim) => diagnose_rig_against(
+                    &sim.rig(&rover)?,
+                    &log,
+                    &rover,
+                    &registry,
+                    &settings,
+                    same_soil,
+                ),
+                None => diagnose_rig(&log, &rover, &registry, &settings),
+            }
+            .map_err(|e| in_files(e.into()))?;
             let curves = GapCurves::of_rig(&d, &predictor);
             (prior, d, Some(curves))
         }
@@ -58,8 +89,18 @@ pub(crate) fn diagnose(
             } else {
                 complete(&mut rover, &Log::Drive(&log), &registry, &terrains).map_err(in_files)?
             };
-            let d = diagnose_drive(&log, &rover, &registry, &settings)
-                .map_err(|e| in_files(e.into()))?;
+            let d = match &sim {
+                Some(sim) => diagnose_drive_against(
+                    &sim.drive(&rover)?,
+                    &log,
+                    &rover,
+                    &registry,
+                    &settings,
+                    same_soil,
+                ),
+                None => diagnose_drive(&log, &rover, &registry, &settings),
+            }
+            .map_err(|e| in_files(e.into()))?;
             (prior, d, None)
         }
     };
@@ -106,10 +147,9 @@ pub(crate) fn diagnose(
 }
 
 pub(crate) fn run(args: &GapArgs, quiet: bool) -> Result<(), CliError> {
-    output::claim(
-        &[args.json.as_deref(), args.html.as_deref()],
-        &[&args.log, &args.rover],
-    )?;
+    let mut inputs: Vec<&Path> = vec![&args.log, &args.rover];
+    inputs.extend(args.sim.as_deref());
+    output::claim(&[args.json.as_deref(), args.html.as_deref()], &inputs)?;
     let settings = |rover: &Rover, kind: LogKind| -> Result<Settings, CliError> {
         let mut settings = Settings::of(rover);
         settings.combine = args.combine.into();
@@ -127,7 +167,11 @@ pub(crate) fn run(args: &GapArgs, quiet: bool) -> Result<(), CliError> {
         Ok(settings)
     };
     let spinner = Spinner::start(quiet, "diagnosing");
-    let verdict = diagnose(&args.log, &args.rover, &settings)?;
+    let against = args.sim.as_deref().map(|sim| Against {
+        sim,
+        same_soil: args.same_bed,
+    });
+    let verdict = diagnose(&args.log, against, &args.rover, &settings)?;
     drop(spinner);
     let Verdict {
         diagnosis,
@@ -195,6 +239,13 @@ pub(crate) fn summary(d: &Diagnosis) -> String {
                 .after
                 .map(|c| format!(", {} with {}", short(c), d.accepted_names.join(" + ")))
                 .unwrap_or_default()
+        ));
+    }
+    if let Some(b) = &d.baseline {
+        out.push_str(&format!(
+            "baseline: the nominal simulator follows the simulator's log with chi2/n {} and a form error of {:.1} % of the load in pull\n",
+            short(b.chi2_per_dof),
+            100.0 * b.form_error[0]
         ));
     }
     for p in d.places.iter().take(2) {

@@ -1,0 +1,228 @@
+//! Against an outside simulator: its own log is fitted first, and what the fit leaves over is carried to the real log.
+//!
+//! Every wheel law differs from another simulator's by some percent of the load, and that difference would be read as an
+//! effect. So the nominal law gets a smooth error of its form, free while it is fitted to the simulator's log and frozen
+//! afterwards: what is then missing on the real log is missing in the simulator too.
+//!
+//! # Equation
+//! D + W d_D(s), T + W R d_T(s), z exp(d_z(s)), d(s) = Σ_k c_k exp(-(s - s_k)²/(2 ℓ²))/√2, ℓ = .25, slip s_k from
+//! -.4 to 1 in steps of .2, each coefficient with prior sd .03. Soil on the real log: centre of the baseline's fit, a tenth
+//! of the prior spread; `soil-change` alone has the whole spread.
+
+use std::sync::Arc;
+
+use terra_data::Rover;
+use terra_mme::{Centre, FitSpace, Priors};
+use terra_model::{
+    Contact, Effect, ForceLaw, Law, Param, Real, Registry, Scale, Soil, Touch, WheelForces,
+};
+
+use crate::dataset::{DataSet, Predictor};
+use crate::error::GapError;
+use crate::hypothesis::Hypothesis;
+use crate::null::{drop_unanswered, refit};
+use crate::settings::LogKind;
+use crate::setup::{Rival, Setup};
+use crate::soil::free_soil;
+
+/// Length of the error in slip.
+const LENGTH: f64 = 0.25;
+/// Slips at which it is anchored.
+const ANCHORS: [f64; 8] = [-0.4, -0.2, 0.0, 0.2, 0.4, 0.6, 0.8, 1.0];
+/// Prior sd of the error, in loads.
+const SPREAD: f64 = 0.03;
+/// Share of the prior spread that the same soil may differ by between the two logs.
+const SAME_SOIL: f64 = 0.1;
+
+/// What the nominal law's form is off by against a simulator.
+#[derive(Clone, Copy, Debug, Default)]
+struct FormError;
+
+const fn coefficient(name: &'static str) -> Param {
+    Param {
+        name,
+        symbol: "c",
+        unit: "1",
+        min: -1.0,
+        max: 1.0,
+        scale: Scale::Linear,
+        prior_sd: SPREAD,
+        doc: "error of the wheel law's form around one slip, in loads",
+    }
+}
+
+impl Effect for FormError {
+    const NAME: &'static str = "form-error";
+    const SUMMARY: &'static str = "smooth error of the wheel law's form over slip";
+    const PARAMS: &'static [Param] = &[
+        coefficient("pull_-0.4"),
+        coefficient("pull_-0.2"),
+        coefficient("pull_0"),
+        coefficient("pull_0.2"),
+        coefficient("pull_0.4"),
+        coefficient("pull_0.6"),
+        coefficient("pull_0.8"),
+        coefficient("pull_1"),
+        coefficient("torque_-0.4"),
+        coefficient("torque_-0.2"),
+        coefficient("torque_0"),
+        coefficient("torque_0.2"),
+        coefficient("torque_0.4"),
+        coefficient("torque_0.6"),
+        coefficient("torque_0.8"),
+        coefficient("torque_1"),
+        coefficient("sinkage_-0.4"),
+        coefficient("sinkage_-0.2"),
+        coefficient("sinkage_0"),
+        coefficient("sinkage_0.2"),
+        coefficient("sinkage_0.4"),
+        coefficient("sinkage_0.6"),
+        coefficient("sinkage_0.8"),
+        coefficient("sinkage_1"),
+    ];
+    const REFERENCE: &'static str =
+        "difference in differences with a frozen discrepancy; chosen length and spread";
+    const TOUCHES: &'static [Touch] = &[Touch::Forces];
+    const REGIME: &'static str = "all slips";
+    const ISOLATED_BY: &'static str = "the simulator's own log";
+
+    fn after<T: Real>(
+        &self,
+        e: &[T],
+        _soil: &Soil<T>,
+        at: &Contact<T>,
+        mut forces: WheelForces<T>,
+    ) -> WheelForces<T> {
+        let mut error = [T::zero(); 3];
+        for (channel, c) in error.iter_mut().zip(e.chunks(ANCHORS.len())) {
+            for (c, anchor) in c.iter().zip(ANCHORS) {
+                let d = (at.slip - anchor) * (1.0 / LENGTH);
+                // About two anchors overlap any slip: the sum keeps the spread of one coefficient.
+                *channel += *c * (-(d * d) * 0.5).exp() * std::f64::consts::FRAC_1_SQRT_2;
+            }
+        }
+        let [pull, torque, sinkage] = error;
+        forces.drawbar_pull += pull * at.normal_load;
+        forces.parts.other += pull * at.normal_load;
+        forces.resistive_torque += torque * at.normal_load * at.radius;
+        forces.sinkage = forces.sinkage.map(|z| z * sinkage.exp());
+        forces
+    }
+}
+
+/// How well the nominal law follows the simulator.
+#[derive(Clone, Debug, serde::Serialize)]
+pub struct Baseline {
+    /// Misfit per value with soil and form fitted to the simulator's log.
+    pub chi2_per_dof: f64,
+    /// Values of that log that were used.
+    pub values: usize,
+    /// Root mean square of the form's error over the anchored slips: pull in loads, torque in loads times radius, ln sinkage.
+    pub form_error: [f64; 3],
+    /// False: the soil may have changed between the logs, and `soil-change` competes.
+    pub same_soil: bool,
+}
+
+/// The nominal simulator made like the outside one, with its rivals on the real log.
+///
+/// # Errors
+/// A soil that the law cannot use; a fit to the simulator's log that does not converge.
+pub(crate) fn against<'a, P: Predictor>(
+    mut data: DataSet,
+    predictor: &P,
+    registry: &'a Registry,
+    rover: &'a Rover,
+    kind: LogKind,
+    same_soil: bool,
+) -> Result<(Setup<'a>, Baseline), GapError> {
+    let law = registry
+        .law(&rover.terrain.model)?
+        .with_effects([Arc::new(FormError) as Arc<dyn terra_model::AnyEffect>])?;
+    let soil = Arc::new(free_soil(&law, rover)?);
+    let setup = Setup {
+        registry,
+        rover,
+        law: law.clone(),
+        soil: Arc::clone(&soil),
+        structures: vec![],
+        kind,
+    };
+    let null = Hypothesis::null(law.clone(), soil);
+    drop_unanswered(&mut data, predictor, &null, &vec![0.0; null.len()]);
+    if data.len() < null.len() {
+        return Err(GapError::Mismatch(format!(
+            "the simulator's log has {} usable values for {} numbers of soil and form",
+            data.len(),
+            null.len()
+        )));
+    }
+    let fitted = refit(&mut data, predictor, &setup, &null)?;
+    let Some((fit, ..)) = fitted.filter(|(fit, ..)| fit.converged) else {
+        return Err(GapError::Mismatch(
+            "the fit of the nominal simulator to the simulator's log did not converge".to_owned(),
+        ));
+    };
+    let p = null.parameters(fit.x.as_slice());
+    let baseline = Baseline {
+        chi2_per_dof: fit.chi2() / data.len() as f64,
+        values: data.len(),
+        form_error: form_error(&law, &p),
+        same_soil,
+    };
+    let whole = frozen(&law, &p, rover, 1.0)?;
+    let narrow = frozen(&law, &p, rover, SAME_SOIL)?;
+    let structures = if same_soil {
+        vec![]
+    } else {
+        vec![Rival {
+            name: "soil-change".to_owned(),
+            law: law.clone(),
+            soil: Arc::new(whole),
+        }]
+    };
+    let setup = Setup {
+        law,
+        soil: Arc::new(narrow),
+        structures,
+        ..setup
+    };
+    Ok((setup, baseline))
+}
+
+/// The soil around the baseline's, its form held.
+fn frozen(law: &Law, p: &[f64], rover: &Rover, share: f64) -> Result<FitSpace, GapError> {
+    let given = Priors::default().with(&rover.terrain.prior_sd, &rover.terrain.prior_abs_sd);
+    let mut priors = Priors::default();
+    let soil_params = law.model().params();
+    for param in soil_params {
+        let sd = given.sd.get(param.name).copied().unwrap_or(param.prior_sd);
+        priors.sd.insert(param.name.to_owned(), share * sd);
+        // A linear parameter takes its spread from here, one that starts at 0 too.
+        let absolute = given.abs_sd.get(param.name).copied();
+        let linear = (param.scale == Scale::Linear).then_some(param.prior_sd);
+        if let Some(sd) = absolute.or(linear) {
+            priors.abs_sd.insert(param.name.to_owned(), share * sd);
+        }
+    }
+    let k_eq = given.sd.get("k_eq").copied();
+    if let Some(sd) = k_eq {
+        priors.sd.insert("k_eq".to_owned(), share * sd);
+    }
+    for param in &law.params()[soil_params.len()..] {
+        priors.abs_sd.insert(param.name.to_owned(), 0.0);
+    }
+    let mut widths = vec![rover.wheel.width];
+    widths.extend(rover.conditions.values().map(|c| c.wheel.width));
+    FitSpace::new(law, Centre::Parameters(p), &widths, &priors)
+        .map_err(|e| GapError::Soil(e.to_string()))
+}
+
+/// Root mean square of each channel's coefficients.
+fn form_error(law: &Law, p: &[f64]) -> [f64; 3] {
+    let coefficients = p.get(law.model().params().len()..).unwrap_or(&[]);
+    let mut parts = coefficients.chunks(ANCHORS.len());
+    std::array::from_fn(|_| {
+        let c = parts.next().unwrap_or(&[]);
+        (c.iter().map(|c| c * c).sum::<f64>() / c.len().max(1) as f64).sqrt()
+    })
+}
