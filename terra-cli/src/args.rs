@@ -68,6 +68,10 @@ pub(crate) enum Command {
     ///
     /// Example: terra wheel --terrain dry_sand --radius_m 0.254 --width_m 0.15 --load_N 245.25 --slip 0.05:0.95:0.05
     Wheel(WheelArgs),
+    /// Soil from plates pressed into it (k, n; k_c and k_phi with two plates) or from shear tests (c, phi, K).
+    ///
+    /// Every pressure-sinkage or shear law is compared, and what the tests cannot tell is said by name.
+    Bevameter(BevameterArgs),
     /// What is in a log, and what in it looks wrong: units, signs, sides, clock, stuck and missing channels.
     ///
     /// Works without a rover file on a log in terra's own column names; with one it knows radius, track and units.
@@ -281,6 +285,33 @@ pub(crate) struct WheelArgs {
     /// File to write (standard output when absent); stresses go to FILE with .stress before its extension.
     #[arg(long, value_name = "FILE")]
     pub(crate) csv: Option<PathBuf>,
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct BevameterArgs {
+    /// Curves (CSV): test,plate_diameter_m,sinkage_m,pressure_Pa or
+    /// test,normal_stress_Pa,shear_displacement_m,shear_stress_Pa; a column soil keeps soils apart.
+    pub(crate) log: PathBuf,
+    /// What was done to the ground.
+    #[arg(long, value_enum)]
+    pub(crate) kind: BevameterKind,
+    /// Other column names, units, constants, and the range to fit (TOML).
+    #[arg(long, value_name = "FILE")]
+    pub(crate) columns: Option<PathBuf>,
+    /// JSON to write.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) json: Option<PathBuf>,
+    /// HTML report with plots to write.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) html: Option<PathBuf>,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum BevameterKind {
+    /// A plate pressed in.
+    Plate,
+    /// Shear under a normal stress.
+    Shear,
 }
 
 #[derive(Debug, clap::Args)]

@@ -1,5 +1,6 @@
 //! One file a command.
 
+mod bevameter;
 mod campaign;
 mod challenge;
 mod challenge_run;
@@ -39,6 +40,7 @@ pub(crate) fn dispatch(args: Args) -> Result<(), CliError> {
         Command::Filters { json } => lists::filters(json),
         Command::Estimators { json } => lists::estimators(json),
         Command::Wheel(args) => wheel::run(&args),
+        Command::Bevameter(args) => bevameter::run(&args),
         Command::Inspect { log, rover, json } => {
             inspect::run(&log, rover.as_deref(), json.as_deref())
         }

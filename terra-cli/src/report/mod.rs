@@ -4,6 +4,7 @@
 //! Figures take their colours from the page's style sheet, so that they follow light, dark and print, and tell series
 //! apart by marker and dash as well as by colour.
 
+mod bevameter;
 mod block;
 mod figure;
 mod gap;
@@ -18,6 +19,7 @@ mod words;
 #[cfg(test)]
 mod tests;
 
+pub use bevameter::{BevameterView, bevameter_section};
 pub use block::Section;
 pub use gap::{Curve, GapCurves, Panel, Point, gap_section};
 pub use identify::{ForceSlip, GroupView, IdentifyView, identify_section};
