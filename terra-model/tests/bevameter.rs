@@ -65,7 +65,13 @@ fn two_plates_separate_cohesion_and_friction() {
     near(value(&fits, "bekker", "k_phi"), k_phi, 2e-3);
     near(value(&fits, "bekker", "sinkage_exponent"), n, 1e-3);
     assert!(fits.null.is_empty(), "{:?}", fits.null);
-    assert!(fits.undetermined.is_empty(), "{:?}", fits.undetermined);
+    // What is left concerns the law of snow, whose plateau a power law does not have.
+    let others: Vec<_> = fits
+        .undetermined
+        .iter()
+        .filter(|u| !u.starts_with("snow_pressure"))
+        .collect();
+    assert!(others.is_empty(), "{others:?}");
 }
 
 /// Each law is told from the others by its own curve, and its parameters come back.

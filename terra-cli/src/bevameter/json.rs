@@ -23,7 +23,7 @@ fn law(l: &LawFit) -> Value {
         .collect();
     json!({
         "law": l.law, "rms_Pa": finite(l.rms), "rms_share": finite(l.rms_share), "delta_bic": finite(l.delta_bic),
-        "interval": match l.interval { Interval::BetweenTests => "between-tests", Interval::WithinTests => "within-tests" },
+        "interval": match l.interval { Interval::BetweenTests => "between-tests", Interval::WithinTests => "within-tests", Interval::NotKnown => "not-known" },
         "parameters": parameters,
     })
 }

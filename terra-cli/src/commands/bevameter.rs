@@ -81,14 +81,14 @@ fn summary(tests: &Tests, soils: &[Soil]) -> String {
                     .parameters
                     .iter()
                     .map(|p| {
-                        format!(
-                            "{} {} [{}, {}] {}",
-                            p.name,
-                            short(p.value),
-                            short(p.low),
-                            short(p.high),
-                            p.unit
-                        )
+                        let interval = if p.low.is_finite() && p.high.is_finite() {
+                            format!("[{}, {}]", short(p.low), short(p.high))
+                        } else {
+                            "[not known]".to_owned()
+                        };
+                        let unit = if p.unit == "1" { "" } else { p.unit };
+                        let text = format!("{} {} {interval} {unit}", p.name, short(p.value));
+                        text.trim_end().to_owned()
                     })
                     .collect();
                 let mark = if best == Some(l.law) { "*" } else { "" };

@@ -8,6 +8,7 @@ mod cite;
 mod demo;
 mod estimate;
 mod gap;
+mod identifiability;
 mod identify;
 mod import;
 mod init;
@@ -60,6 +61,7 @@ pub(crate) fn dispatch(args: Args) -> Result<(), CliError> {
             out,
         } => estimate::run(&log, &rover, &filter, smooth, out.as_deref(), quiet),
         Command::Identify(args) => identify::run(&args, quiet),
+        Command::Identifiability(args) => identifiability::run(&args),
         Command::Gap(args) => gap::run(&args, quiet),
         Command::Import { kind, source, out } => import::run(kind, &source, &out),
         Command::Campaign(Campaign::Ramps {

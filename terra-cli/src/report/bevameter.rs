@@ -65,6 +65,9 @@ pub fn bevameter_section(view: &BevameterView) -> Section {
         Some(Interval::BetweenTests) => {
             "Intervals come from how the tests differ, one left out at a time."
         }
+        Some(Interval::NotKnown) => {
+            "No intervals: what the laws leave over in this one test is misfit, not chance."
+        }
         _ => {
             "Intervals come from the correlated residuals within the tests: they say how well the curve is drawn, not how much the ground varies."
         }

@@ -13,6 +13,7 @@ mod lines;
 mod number;
 mod page;
 mod paint;
+mod profiles;
 mod scale;
 mod words;
 
@@ -24,6 +25,7 @@ pub use block::Section;
 pub use gap::{Curve, GapCurves, Panel, Point, gap_section};
 pub use identify::{ForceSlip, GroupView, IdentifyView, identify_section};
 pub use page::Page;
+pub use profiles::{ProfilesView, profiles_section};
 
 /// Why a report could not be made.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]

@@ -17,8 +17,42 @@ use crate::real::Real;
 pub(super) struct Free {
     pub(super) name: &'static str,
     pub(super) unit: &'static str,
-    /// Fitted by its logarithm.
-    pub(super) log: bool,
+    pub(super) way: Way,
+}
+
+/// How a parameter is moved.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Way {
+    /// By its logarithm: above 0.
+    Log,
+    /// As it is.
+    Linear,
+    /// By its logit: between 0 and 1.
+    Share,
+}
+
+impl Free {
+    /// Steps from `from` to `to`, linear ones in units of `scale`.
+    fn steps(self, from: f64, to: f64, scale: f64) -> f64 {
+        let logit = |x: f64| (x / (1.0 - x)).ln();
+        match self.way {
+            Way::Log => (to / from).ln(),
+            Way::Linear => (to - from) / scale,
+            Way::Share => logit(to) - logit(from),
+        }
+    }
+
+    /// The value `q` steps from `start`.
+    fn moved<T: Real>(self, start: f64, scale: f64, q: T) -> T {
+        match self.way {
+            Way::Log => q.exp() * start,
+            Way::Linear => q * scale + start,
+            Way::Share => {
+                let odds = (-q).exp() * ((1.0 - start) / start);
+                T::one() / (odds + 1.0)
+            }
+        }
+    }
 }
 
 /// A law to fit, one of several of its kind.
@@ -69,13 +103,7 @@ fn physical<F: Form, T: Real>(form: &F, start: &[f64], scale: &[f64], q: &[T]) -
         .zip(start)
         .zip(scale)
         .zip(q)
-        .map(|(((free, start), scale), q)| {
-            if free.log {
-                q.exp() * *start
-            } else {
-                *q * *scale + *start
-            }
-        })
+        .map(|(((free, start), scale), q)| free.moved(*start, *scale, *q))
         .collect()
 }
 
@@ -195,7 +223,11 @@ fn half_widths<F: Form>(form: &F, tests: &[Prepared], found: &Solution) -> (Inte
     }
     let points = found.residual.len() as f64;
     let effective = points * effective_share(tests, &found.residual);
-    let dof = (effective - n as f64).max(1.0);
+    let dof = effective - n as f64;
+    if dof < 1.0 {
+        // What is left over is one misfit of the law, and says nothing of chance.
+        return (Interval::NotKnown, vec![f64::NAN; n]);
+    }
     let variance = found.residual.norm_squared() / points;
     let normal = found.jacobian.transpose() * &found.jacobian;
     let covariance = normal
@@ -234,13 +266,7 @@ fn jackknife<F: Form>(form: &F, tests: &[Prepared], found: &Solution) -> Option<
                 .iter()
                 .zip(&found.p)
                 .zip(form.free().iter().zip(&found.scale))
-                .map(|((p, whole), (free, scale))| {
-                    if free.log {
-                        (p / whole).ln()
-                    } else {
-                        (p - whole) / scale
-                    }
-                })
+                .map(|((p, whole), (free, scale))| free.steps(*whole, *p, *scale))
                 .collect(),
         );
     }
@@ -275,11 +301,8 @@ pub(super) fn report<F: Form>(form: &F, tests: &[Prepared]) -> Option<(LawFit, f
         .zip(&found.p)
         .zip(halves.iter().zip(&found.scale))
         .map(|((free, &value), (half, scale))| {
-            let (low, high) = if free.log {
-                (value * (-half).exp(), value * half.exp())
-            } else {
-                (value - half * scale, value + half * scale)
-            };
+            let low = free.moved(value, *scale, -half);
+            let high = free.moved(value, *scale, *half);
             Estimate {
                 name: free.name,
                 unit: free.unit,
@@ -361,8 +384,8 @@ pub(super) fn moves<F: Form>(
     let far = (first - all.value).abs() > 0.1 * all.value.abs();
     (outside && far).then(|| {
         format!(
-            "{name}: {:.3e} {} over the whole {way}, {first:.3e} over its first half; no one value describes these tests",
-            all.value, all.unit
+            "{name}: {:.4} over the whole {way}, {first:.4} over its first half; no one value describes these tests",
+            all.value
         )
     })
 }

@@ -7,7 +7,7 @@
 //! `layered` p = k z^n + k_h (z - z_h) below z_h.
 
 use super::curve::{Curve, Prepared};
-use super::fit::{Form, Free, different, moves, not_fitted, prepare, rank, report};
+use super::fit::{Form, Free, Way, different, moves, not_fitted, prepare, rank, report};
 use super::report::Fits;
 use crate::error::ModelError;
 use crate::real::Real;
@@ -28,19 +28,19 @@ struct Plate {
     free: Vec<Free>,
 }
 
-const fn free(name: &'static str, unit: &'static str, log: bool) -> Free {
-    Free { name, unit, log }
+const fn free(name: &'static str, unit: &'static str, way: Way) -> Free {
+    Free { name, unit, way }
 }
 
-const K_EQ: Free = free("k_eq", "N/m^(n+2)", true);
-const EXPONENT: Free = free("sinkage_exponent", "1", true);
+const K_EQ: Free = free("k_eq", "N/m^(n+2)", Way::Log);
+const EXPONENT: Free = free("sinkage_exponent", "1", Way::Log);
 
 impl Plate {
     fn new(kind: Kind, several: bool) -> Self {
         let stiffness = if several {
             vec![
-                free("k_c", "N/m^(n+1)", false),
-                free("k_phi", "N/m^(n+2)", false),
+                free("k_c", "N/m^(n+1)", Way::Linear),
+                free("k_phi", "N/m^(n+2)", Way::Linear),
             ]
         } else {
             vec![K_EQ]
@@ -51,23 +51,23 @@ impl Plate {
                 stiffness,
                 vec![
                     EXPONENT,
-                    free("layer_stiffness", "N/m^3", false),
-                    free("layer_depth", "m", true),
+                    free("layer_stiffness", "N/m^3", Way::Linear),
+                    free("layer_depth", "m", Way::Log),
                 ],
             ]
             .concat(),
             Kind::Reece => vec![
-                free("cohesion_k_c_prime", "Pa", false),
-                free("unit_weight_k_phi_prime", "N/m^3", false),
+                free("cohesion_k_c_prime", "Pa", Way::Linear),
+                free("unit_weight_k_phi_prime", "N/m^3", Way::Linear),
                 EXPONENT,
             ],
             Kind::Snow => vec![
-                free("snow_pressure", "Pa", true),
-                free("snow_depth", "m", true),
+                free("snow_pressure", "Pa", Way::Log),
+                free("snow_depth", "m", Way::Log),
             ],
             Kind::Peat => vec![
-                free("peat_stiffness", "N/m^3", false),
-                free("mat_stiffness", "N/m^3", false),
+                free("peat_stiffness", "N/m^3", Way::Linear),
+                free("mat_stiffness", "N/m^3", Way::Linear),
             ],
         };
         Plate {
@@ -224,6 +224,22 @@ pub fn fit_plates(curves: &[Curve], from: f64, to: f64) -> Result<Fits, ModelErr
         undetermined
             .push("reece: the same curve as bekker on one plate, over no other width".to_owned());
         null = vec![("k_c", radius), ("k_phi", -1.0)];
+    }
+    let deepest = tests
+        .iter()
+        .filter_map(|t| t.points.last())
+        .map(|p| p.0)
+        .fold(0.0, f64::max);
+    for law in &laws {
+        if law
+            .get("snow_depth")
+            .is_some_and(|d| d.value > 10.0 * deepest)
+        {
+            undetermined.push(
+                "snow_pressure, snow_depth only through their ratio: these curves do not level off"
+                    .to_owned(),
+            );
+        }
     }
     undetermined.extend(moves(form, &tests, law, "sinkage_exponent", "depth"));
     Ok(Fits {

@@ -9,6 +9,8 @@ pub enum Interval {
     BetweenTests,
     /// From the correlated residuals within the tests: how well the curve is drawn, not how much the ground varies.
     WithinTests,
+    /// One test whose residuals are all one misfit of the law: no interval, and NaN for its ends.
+    NotKnown,
 }
 
 /// One parameter with its 95 % interval.
@@ -20,9 +22,9 @@ pub struct Estimate {
     pub unit: &'static str,
     /// Least squares.
     pub value: f64,
-    /// Lower end.
+    /// Lower end; NaN where there is none.
     pub low: f64,
-    /// Upper end.
+    /// Upper end; NaN where there is none.
     pub high: f64,
 }
 

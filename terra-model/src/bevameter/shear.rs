@@ -7,7 +7,7 @@
 use std::f64::consts::E;
 
 use super::curve::{Curve, Prepared};
-use super::fit::{Form, Free, different, moves, not_fitted, prepare, rank, report};
+use super::fit::{Form, Free, Way, different, moves, not_fitted, prepare, rank, report};
 use super::report::Fits;
 use crate::error::ModelError;
 use crate::real::Real;
@@ -25,8 +25,8 @@ struct Shear {
     free: Vec<Free>,
 }
 
-const fn free(name: &'static str, unit: &'static str, log: bool) -> Free {
-    Free { name, unit, log }
+const fn free(name: &'static str, unit: &'static str, way: Way) -> Free {
+    Free { name, unit, way }
 }
 
 impl Shear {
@@ -34,15 +34,15 @@ impl Shear {
         let mut list = if several {
             // The second number is tan φ until it is shown.
             vec![
-                free("cohesion", "Pa", false),
-                free("friction_angle", "rad", true),
+                free("cohesion", "Pa", Way::Linear),
+                free("friction_angle", "rad", Way::Log),
             ]
         } else {
-            vec![free("shear_strength", "Pa", true)]
+            vec![free("shear_strength", "Pa", Way::Log)]
         };
-        list.push(free("shear_modulus", "m", true));
+        list.push(free("shear_modulus", "m", Way::Log));
         if kind == Kind::WongHump {
-            list.push(free("residual_ratio", "1", true));
+            list.push(free("residual_ratio", "1", Way::Share));
         }
         Shear {
             kind,
