@@ -68,6 +68,10 @@ pub(crate) enum Command {
     ///
     /// Example: terra wheel --terrain dry_sand --radius_m 0.254 --width_m 0.15 --load_N 245.25 --slip 0.05:0.95:0.05
     Wheel(WheelArgs),
+    /// Soil from plates pressed into it (k, n; k_c and k_phi with two plates) or from shear tests (c, phi, K).
+    ///
+    /// Every pressure-sinkage or shear law is compared, and what the tests cannot tell is said by name.
+    Bevameter(BevameterArgs),
     /// What is in a log, and what in it looks wrong: units, signs, sides, clock, stuck and missing channels.
     ///
     /// Works without a rover file on a log in terra's own column names; with one it knows radius, track and units.
@@ -133,6 +137,12 @@ pub(crate) enum Command {
     },
     /// What soil is it? Posterior over hypotheses, refined parameters, and what this log cannot tell.
     Identify(IdentifyArgs),
+    /// What could a set of slips and loads tell about a soil, before anything is measured?
+    ///
+    /// Directions known and unknown, profile likelihoods, soils that stay alike, and the rows that would help most.
+    /// Example: terra identifiability --terrain dry_sand --radius_m 0.254 --width_m 0.15 --load_N 245.25 --slip 0.05:0.8:0.15
+    /// --noise drawbar_pull_N=0.5,torque_N_m=0.1
+    Identifiability(IdentifiabilityArgs),
     /// Where does my simulator differ from reality, what causes it, how far does the gap shrink?
     Gap(GapArgs),
     /// Known data sets and formats to a log.
@@ -316,6 +326,33 @@ pub(crate) struct WheelArgs {
 }
 
 #[derive(Debug, clap::Args)]
+pub(crate) struct BevameterArgs {
+    /// Curves (CSV): test,plate_diameter_m,sinkage_m,pressure_Pa or
+    /// test,normal_stress_Pa,shear_displacement_m,shear_stress_Pa; a column soil keeps soils apart.
+    pub(crate) log: PathBuf,
+    /// What was done to the ground.
+    #[arg(long, value_enum)]
+    pub(crate) kind: BevameterKind,
+    /// Other column names, units, constants, and the range to fit (TOML).
+    #[arg(long, value_name = "FILE")]
+    pub(crate) columns: Option<PathBuf>,
+    /// JSON to write.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) json: Option<PathBuf>,
+    /// HTML report with plots to write.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) html: Option<PathBuf>,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum BevameterKind {
+    /// A plate pressed in.
+    Plate,
+    /// Shear under a normal stress.
+    Shear,
+}
+
+#[derive(Debug, clap::Args)]
 pub(crate) struct IdentifyArgs {
     /// Drive or rig log (CSV).
     pub(crate) log: PathBuf,
@@ -344,6 +381,60 @@ pub(crate) struct IdentifyArgs {
     #[arg(long, value_name = "FILE")]
     pub(crate) json: Option<PathBuf>,
     /// HTML report to write.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) html: Option<PathBuf>,
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct IdentifiabilityArgs {
+    /// Soil around which to ask: a catalogue id (`terra terrains`).
+    #[arg(long)]
+    pub(crate) terrain: String,
+    /// Terrain model.
+    #[arg(long, default_value = "wong-reece")]
+    pub(crate) model: String,
+    /// Wheel radius in m.
+    #[arg(long = "radius_m", alias = "radius-m", value_name = "R")]
+    pub(crate) radius: f64,
+    /// Wheel widths in m; every row is measured with each.
+    #[arg(
+        long = "width_m",
+        alias = "width-m",
+        value_name = "B,...",
+        value_delimiter = ',',
+        required = true
+    )]
+    pub(crate) widths: Vec<f64>,
+    /// Normal loads in N.
+    #[arg(
+        long = "load_N",
+        alias = "load-N",
+        alias = "load_n",
+        value_name = "W,...",
+        value_delimiter = ',',
+        required = true
+    )]
+    pub(crate) loads: Vec<f64>,
+    /// Slips A:B:STEP (B included), or one slip.
+    #[arg(long, value_name = "A:B:STEP", allow_hyphen_values = true)]
+    pub(crate) slip: String,
+    /// Measured channels and their sd: drawbar_pull_N, torque_N_m, sinkage_m; also of the inputs slip and normal_load_N.
+    #[arg(
+        long,
+        value_name = "CHANNEL=SD,...",
+        default_value = "drawbar_pull_N=0.5,torque_N_m=0.1"
+    )]
+    pub(crate) noise: String,
+    /// Soils that should be told apart: a set of the catalogue.
+    #[arg(long, default_value = "wong21")]
+    pub(crate) set: String,
+    /// Further rows to propose.
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u8).range(0..=50))]
+    pub(crate) add: u8,
+    /// JSON to write (a summary goes to standard output).
+    #[arg(long, value_name = "FILE")]
+    pub(crate) json: Option<PathBuf>,
+    /// HTML report with the profiles to write.
     #[arg(long, value_name = "FILE")]
     pub(crate) html: Option<PathBuf>,
 }

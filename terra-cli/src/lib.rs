@@ -3,6 +3,7 @@
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::panic))]
 
 mod args;
+mod bevameter;
 pub mod campaign;
 pub mod challenge;
 mod commands;

@@ -28,6 +28,7 @@ mod bank;
 mod belief;
 mod choice;
 mod consistency;
+mod design;
 mod error;
 mod estimator;
 mod fit_space;
@@ -41,6 +42,7 @@ mod observation;
 mod posterior;
 mod prediction;
 mod prior;
+mod profile;
 mod refine;
 mod registry;
 mod residual;
@@ -57,6 +59,7 @@ pub use bank::{
 pub use belief::{ParameterBelief, StructureBelief};
 pub use choice::Choice;
 pub use consistency::{AlarmRule, Consistency};
+pub use design::{Design, DesignNoise, FurtherRow, separating_rows, separation};
 pub use error::EstimatorError;
 pub use estimator::{
     History, HypothesisPosterior, INFEASIBLE_LOG_LIKELIHOOD, KNOWN_TO_NATS, ParameterEstimator,
@@ -72,6 +75,7 @@ pub use observation::ForceObservation;
 pub use posterior::Posterior;
 pub use prediction::{ForcePrediction, PredictionStatus, Spread, contact_grid, mixture};
 pub use prior::{Centre, Priors};
+pub use profile::{Profile, profiles};
 pub use refine::{FittedParameter, RefineOptions, Refinement, refine};
 pub use registry::{
     EstimatorInfo, EstimatorInput, EstimatorOptions, estimator, estimators, motion_estimator,

@@ -131,6 +131,18 @@ pub enum ModelError {
         /// Its limit \[N m\].
         limit: f64,
     },
+    /// A bevameter test that cannot be fitted.
+    #[error("test '{test}': {what} = {found}, expected {expected}")]
+    Curve {
+        /// Name of the test.
+        test: String,
+        /// What is wrong with it.
+        what: &'static str,
+        /// What was found.
+        found: f64,
+        /// What would do.
+        expected: &'static str,
+    },
     /// The iteration for the entry angle did not settle.
     #[error(
         "sinkage iteration did not settle within {iterations} steps (load {load} N, slip {slip})"

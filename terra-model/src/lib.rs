@@ -39,6 +39,7 @@
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::panic))]
 
 mod batch;
+pub mod bevameter;
 pub mod catalogue;
 pub mod conformance;
 mod contact;

@@ -1,5 +1,6 @@
 //! One file a command.
 
+mod bevameter;
 mod campaign;
 mod campaign_gap;
 mod challenge;
@@ -8,6 +9,7 @@ mod cite;
 mod demo;
 mod estimate;
 mod gap;
+mod identifiability;
 mod identify;
 mod import;
 mod init;
@@ -40,6 +42,7 @@ pub(crate) fn dispatch(args: Args) -> Result<(), CliError> {
         Command::Filters { json } => lists::filters(json),
         Command::Estimators { json } => lists::estimators(json),
         Command::Wheel(args) => wheel::run(&args),
+        Command::Bevameter(args) => bevameter::run(&args),
         Command::Inspect { log, rover, json } => {
             inspect::run(&log, rover.as_deref(), json.as_deref())
         }
@@ -59,6 +62,7 @@ pub(crate) fn dispatch(args: Args) -> Result<(), CliError> {
             out,
         } => estimate::run(&log, &rover, &filter, smooth, out.as_deref(), quiet),
         Command::Identify(args) => identify::run(&args, quiet),
+        Command::Identifiability(args) => identifiability::run(&args),
         Command::Gap(args) => gap::run(&args, quiet),
         Command::Import { kind, source, out } => import::run(kind, &source, &out),
         Command::Campaign(Campaign::Ramps {

@@ -108,7 +108,7 @@ fn law(text: &str) -> Result<(Law, Vec<f64>), CliError> {
 }
 
 /// `A:B:STEP`, B included to rounding, or one number.
-fn slips(text: &str) -> Result<Vec<f64>, CliError> {
+pub(super) fn slips(text: &str) -> Result<Vec<f64>, CliError> {
     const MOST: f64 = 1e6;
     let bad = |why: &str| {
         CliError::usage(

@@ -4,6 +4,7 @@
 //! Figures take their colours from the page's style sheet, so that they follow light, dark and print, and tell series
 //! apart by marker and dash as well as by colour.
 
+mod bevameter;
 mod block;
 mod figure;
 mod gap;
@@ -12,16 +13,19 @@ mod lines;
 mod number;
 mod page;
 mod paint;
+mod profiles;
 mod scale;
 mod words;
 
 #[cfg(test)]
 mod tests;
 
+pub use bevameter::{BevameterView, bevameter_section};
 pub use block::Section;
 pub use gap::{Curve, GapCurves, Panel, Point, gap_section};
 pub use identify::{ForceSlip, GroupView, IdentifyView, identify_section};
 pub use page::Page;
+pub use profiles::{ProfilesView, profiles_section};
 
 /// Why a report could not be made.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]

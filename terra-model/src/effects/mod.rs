@@ -10,6 +10,7 @@ mod drawbar_bias;
 mod drawbar_gain;
 mod drivetrain_coulomb_friction;
 mod drivetrain_viscous_friction;
+pub mod forms;
 mod ground_speed_bias;
 mod ground_speed_delay;
 mod ground_speed_scale;
@@ -76,7 +77,7 @@ use crate::registry::Registry;
 
 /// Registers every effect of this folder. A new effect is one file and one line here.
 pub(crate) fn register(registry: Registry) -> Registry {
-    registry
+    let registry = registry
         .with_effect::<SlipSinkage>()
         .with_effect::<Multipass>()
         .with_effect::<Grousers>()
@@ -110,5 +111,6 @@ pub(crate) fn register(registry: Registry) -> Registry {
         .with_effect::<LoadError>()
         .with_effect::<DrawbarGain>()
         .with_effect::<DrawbarBias>()
-        .with_effect::<SinkageBias>()
+        .with_effect::<SinkageBias>();
+    forms::register(registry)
 }

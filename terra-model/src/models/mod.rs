@@ -2,6 +2,9 @@
 
 mod bekker;
 mod bekker_compaction;
+mod braked_two_zone;
+mod compliant_tyre;
+mod granular_rft;
 mod hard_ground;
 mod linear_stress;
 pub(crate) mod slots;
@@ -9,6 +12,9 @@ mod wes_brixius;
 mod wong_reece;
 
 pub use bekker_compaction::BekkerCompaction;
+pub use braked_two_zone::BrakedTwoZone;
+pub use compliant_tyre::CompliantTyre;
+pub use granular_rft::GranularRft;
 pub use hard_ground::HardGround;
 pub use linear_stress::LinearStress;
 pub use wes_brixius::WesBrixius;
@@ -24,6 +30,9 @@ pub(crate) fn register(registry: Registry) -> Registry {
         .with_model::<LinearStress>();
     let registry = slots::presets().fold(registry, |r, model| r.with_shared(model.shared()));
     registry
+        .with_model::<BrakedTwoZone>()
+        .with_model::<CompliantTyre>()
+        .with_model::<GranularRft>()
         .with_model::<BekkerCompaction>()
         .with_model::<WesBrixius>()
         .with_model::<HardGround>()

@@ -1,0 +1,345 @@
+//! `terra identifiability`: what a set of slips and loads could tell, and which rows would tell more.
+
+use std::sync::Arc;
+
+use nalgebra::DMatrix;
+use rayon::prelude::*;
+use serde_json::{Value, json};
+use terra_mme::{
+    Centre, Design, DesignNoise, FitSpace, FurtherRow, Hypothesis, HypothesisSet, Identifiability,
+    Priors, Profile, identifiability, profiles, separating_rows, separation,
+};
+use terra_model::{Contact, Law, Registry, catalogue, nearest};
+
+use crate::args::IdentifiabilityArgs;
+use crate::commands::wheel::slips;
+use crate::error::CliError;
+use crate::output::{self, short, table};
+use crate::report;
+
+/// Nats below which two soils are not told apart: odds of twenty to one.
+const APART: f64 = 3.0;
+/// Pairs listed on standard output.
+const LISTED: usize = 10;
+const CHANNELS: [&str; 5] = [
+    "drawbar_pull_N",
+    "torque_N_m",
+    "sinkage_m",
+    "slip",
+    "normal_load_N",
+];
+
+/// Two soils and the nats between them.
+struct Pair {
+    a: String,
+    b: String,
+    nats: f64,
+}
+
+struct Answer {
+    law: Arc<Law>,
+    rows: usize,
+    infeasible: usize,
+    found: Identifiability,
+    profiles: Vec<Profile>,
+    pairs: Vec<Pair>,
+    soils: usize,
+    candidates: Vec<Contact<f64>>,
+    sharper: Vec<FurtherRow>,
+    separating: Vec<FurtherRow>,
+}
+
+pub(crate) fn run(args: &IdentifiabilityArgs) -> Result<(), CliError> {
+    output::claim(&[args.json.as_deref(), args.html.as_deref()], &[])?;
+    let noise = noise(&args.noise)?;
+    let answer = ask(args, noise)?;
+    if let Some(path) = &args.html {
+        let page = report::Page {
+            title: "What could these rows tell?".to_owned(),
+            subtitle: format!("{} on {}", args.model, args.terrain),
+            sections: vec![report::profiles_section(&report::ProfilesView {
+                title: "Identifiability".to_owned(),
+                lead: lead(&answer),
+                undetermined: answer.found.undetermined.clone(),
+                profiles: answer.profiles.clone(),
+            })],
+            provenance: vec![("terra".to_owned(), env!("CARGO_PKG_VERSION").to_owned())],
+        };
+        output::text(Some(path), &page.render()?)?;
+    }
+    if let Some(path) = &args.json {
+        output::json(Some(path), &as_json(args, &answer))?;
+    }
+    output::stdout(&summary(args, &answer))
+}
+
+/// `channel=sd,...`
+fn noise(text: &str) -> Result<DesignNoise, CliError> {
+    let mut noise = DesignNoise::default();
+    for part in text.split(',').filter(|p| !p.trim().is_empty()) {
+        let refused = |why: String| {
+            CliError::usage(
+                format!("--noise {}: {why}", part.trim()),
+                "write for example drawbar_pull_N=0.5,torque_N_m=0.1,sinkage_m=0.001,slip=0.005",
+            )
+        };
+        let (name, value) = part
+            .trim()
+            .split_once('=')
+            .ok_or_else(|| refused("expected CHANNEL=SD".to_owned()))?;
+        let sd = value
+            .parse::<f64>()
+            .ok()
+            .filter(|v| v.is_finite() && *v >= 0.0)
+            .ok_or_else(|| refused(format!("'{value}' is no sd")))?;
+        match name {
+            "drawbar_pull_N" => noise.drawbar_pull = Some(sd),
+            "torque_N_m" => noise.torque = Some(sd),
+            "sinkage_m" => noise.sinkage = Some(sd),
+            "slip" => noise.slip = sd,
+            "normal_load_N" => noise.normal_load = sd,
+            _ => {
+                let near = nearest(name, CHANNELS)
+                    .map_or(format!("one of {}", CHANNELS.join(", ")), |n| {
+                        format!("'{n}'")
+                    });
+                return Err(refused(format!(
+                    "unknown channel '{name}', expected {near}"
+                )));
+            }
+        }
+    }
+    Ok(noise)
+}
+
+fn contacts(args: &IdentifiabilityArgs, slips: &[f64], loads: &[f64]) -> Vec<Contact<f64>> {
+    let mut all = vec![];
+    for &width in &args.widths {
+        for &load in loads {
+            all.extend(
+                slips
+                    .iter()
+                    .map(|&slip| Contact::new(slip, load, args.radius, width)),
+            );
+        }
+    }
+    all
+}
+
+fn ask(args: &IdentifiabilityArgs, noise: DesignNoise) -> Result<Answer, CliError> {
+    let law = Arc::new(Registry::builtin().law(&args.model)?);
+    let terrain = catalogue::find(&args.terrain)?;
+    let space = FitSpace::new(
+        &law,
+        Centre::Terrain(terrain),
+        &args.widths,
+        &Priors::default(),
+    )?;
+    let q = vec![0.0; space.dim()];
+    let design = Design::new(&law, &space, noise)?;
+    let rows = contacts(args, &slips(&args.slip)?, &args.loads);
+    let (jac, infeasible) = design.jacobian(&q, &rows)?;
+    if infeasible == rows.len() {
+        return Err(CliError::usage(
+            format!("{} carries none of these loads", args.terrain),
+            "a lighter wheel, or another soil",
+        ));
+    }
+    let found = identifiability(&space, &q, &jac)?;
+    let profiles = profiles(&design, &q, &rows)?;
+
+    // Rows that could be added: the whole range of slip, from half to twice the loads at hand.
+    let grid: Vec<f64> = (0..=9).map(|k| 0.02 + 0.1 * f64::from(k)).collect();
+    let least = args.loads.iter().copied().fold(f64::INFINITY, f64::min);
+    let most = args.loads.iter().copied().fold(0.0, f64::max);
+    let candidates = contacts(args, &grid, &[0.5 * least, least, most, 2.0 * most]);
+    let count = usize::from(args.add);
+    let sharper = design.more_rows(&q, &rows, &candidates, count)?;
+
+    let set = HypothesisSet::from_catalogue(&law, &args.set)?;
+    let all: Vec<(&Hypothesis, &Hypothesis)> = pairs_of(set.hypotheses());
+    let nats = |pair: &(&Hypothesis, &Hypothesis), at: &Contact<f64>| {
+        separation(&law, &noise, [&pair.0.parameters, &pair.1.parameters], at)
+    };
+    let stands = all
+        .par_iter()
+        .map(|pair| rows.iter().map(|at| nats(pair, at)).sum::<Result<f64, _>>())
+        .collect::<Result<Vec<f64>, _>>()?;
+    let alike: Vec<usize> = (0..all.len()).filter(|&k| stands[k] < APART).collect();
+    let table = alike
+        .par_iter()
+        .map(|&k| {
+            candidates
+                .iter()
+                .map(|at| nats(&all[k], at))
+                .collect::<Result<Vec<f64>, _>>()
+        })
+        .collect::<Result<Vec<_>, _>>()?;
+    let table = DMatrix::from_fn(alike.len(), candidates.len(), |r, c| table[r][c]);
+    let stand: Vec<f64> = alike.iter().map(|&k| stands[k]).collect();
+    let separating = if alike.is_empty() {
+        vec![]
+    } else {
+        separating_rows(&stand, &table, count)
+    };
+    let mut pairs: Vec<Pair> = alike
+        .iter()
+        .map(|&k| Pair {
+            a: all[k].0.id.clone(),
+            b: all[k].1.id.clone(),
+            nats: stands[k],
+        })
+        .collect();
+    pairs.sort_by(|x, y| x.nats.total_cmp(&y.nats));
+    Ok(Answer {
+        rows: rows.len(),
+        soils: set.len(),
+        law,
+        infeasible,
+        found,
+        profiles,
+        pairs,
+        candidates,
+        sharper,
+        separating,
+    })
+}
+
+fn pairs_of(all: &[Hypothesis]) -> Vec<(&Hypothesis, &Hypothesis)> {
+    all.iter()
+        .enumerate()
+        .flat_map(|(k, a)| all.iter().skip(k + 1).map(move |b| (a, b)))
+        .collect()
+}
+
+fn lead(answer: &Answer) -> String {
+    format!(
+        "{} rows determine {} of {} directions of the parameters of {}.",
+        answer.rows - answer.infeasible,
+        answer.found.rank,
+        answer.profiles.len(),
+        answer.law.model().name()
+    )
+}
+
+fn end(value: Option<f64>) -> String {
+    value.map_or("no end".to_owned(), short)
+}
+
+fn row(answer: &Answer, r: &FurtherRow, several: bool) -> Vec<String> {
+    let Some(at) = answer.candidates.get(r.candidate) else {
+        return vec![];
+    };
+    let mut cells = vec![short(at.slip), short(at.normal_load)];
+    if several {
+        cells.push(short(at.width));
+    }
+    cells.push(short(r.nats));
+    cells
+}
+
+fn summary(args: &IdentifiabilityArgs, answer: &Answer) -> String {
+    let mut out = format!("{}\n", lead(answer));
+    if answer.infeasible > 0 {
+        out.push_str(&format!(
+            "{} rows lie beyond what {} carries\n",
+            answer.infeasible, args.terrain
+        ));
+    }
+    for u in &answer.found.undetermined {
+        out.push_str(&format!("  cannot be known: {u}\n"));
+    }
+    out.push('\n');
+    let directions: Vec<Vec<String>> = answer
+        .found
+        .directions
+        .iter()
+        .map(|d| {
+            let parts: Vec<String> = d
+                .combination
+                .iter()
+                .map(|(name, w)| format!("{w:+.2} {name}"))
+                .collect();
+            vec![short(d.sd_ln), parts.join(" ")]
+        })
+        .collect();
+    out.push_str(&table(&["sd of ln", "direction"], &directions));
+    out.push('\n');
+    let rows: Vec<Vec<String>> = answer
+        .profiles
+        .iter()
+        .map(|p| vec![p.name.to_owned(), end(p.low), end(p.high)])
+        .collect();
+    out.push_str(&table(
+        &["parameter", "95 % from", "to, without prior"],
+        &rows,
+    ));
+    out.push_str(&format!(
+        "\n{} pairs of {} soils in {} stay within {APART} nats\n",
+        answer.pairs.len(),
+        answer.soils,
+        args.set
+    ));
+    for p in answer.pairs.iter().take(LISTED) {
+        out.push_str(&format!("  {} ~ {} ({} nats)\n", p.a, p.b, short(p.nats)));
+    }
+    let several = args.widths.len() > 1;
+    let head = |last| {
+        let mut head = vec!["slip", "load N"];
+        if several {
+            head.push("width m");
+        }
+        head.push(last);
+        head
+    };
+    for (title, rows, last) in [
+        (
+            "rows that would sharpen the parameters most",
+            &answer.sharper,
+            "nats gained",
+        ),
+        (
+            "rows that would tell those soils apart",
+            &answer.separating,
+            "nats of the worst pair",
+        ),
+    ] {
+        if rows.is_empty() {
+            continue;
+        }
+        out.push_str(&format!("\n{title}\n"));
+        let cells: Vec<Vec<String>> = rows.iter().map(|r| row(answer, r, several)).collect();
+        out.push_str(&table(&head(last), &cells));
+    }
+    out
+}
+
+fn as_json(args: &IdentifiabilityArgs, answer: &Answer) -> Value {
+    let further = |rows: &[FurtherRow]| -> Vec<Value> {
+        rows.iter()
+            .filter_map(|r| {
+                let at = answer.candidates.get(r.candidate)?;
+                Some(json!({ "slip": at.slip, "normal_load_N": at.normal_load, "width_m": at.width, "nats": r.nats }))
+            })
+            .collect()
+    };
+    json!({
+        "schema": "terra-identifiability/1",
+        "model": args.model, "terrain": args.terrain,
+        "rows": { "asked": answer.rows, "no_equilibrium": answer.infeasible },
+        "rank": answer.found.rank,
+        "parameters": answer.profiles.len(),
+        "undetermined": answer.found.undetermined,
+        "directions": answer.found.directions.iter().map(|d| json!({
+            "combination": d.combination.iter().map(|(n, w)| ((*n).to_owned(), json!(w))).collect::<serde_json::Map<_, _>>(),
+            "sd_ln": d.sd_ln, "sd_over_prior": d.sd_ratio,
+        })).collect::<Vec<_>>(),
+        "profiles": answer.profiles.iter().map(|p| json!({
+            "parameter": p.name, "lo": p.low, "hi": p.high,
+            "points": p.points.iter().map(|(x, d)| json!([x, d])).collect::<Vec<_>>(),
+        })).collect::<Vec<_>>(),
+        "alike": answer.pairs.iter().map(|p| json!({ "soils": [p.a, p.b], "nats": p.nats })).collect::<Vec<_>>(),
+        "more_rows": { "sharpen": further(&answer.sharper), "separate": further(&answer.separating) },
+        "provenance": { "terra": env!("CARGO_PKG_VERSION") },
+    })
+}

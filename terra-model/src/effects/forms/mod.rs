@@ -1,0 +1,78 @@
+//! Other formulas of the effects: one name, several forms, so that an effect whose formula is not the default's is still
+//! called by its name.
+//!
+//! Forms of one name differ in the mechanism that carries the sign (stress, geometry, resistance, strength), not in the
+//! shape of a curve alone.
+
+mod bulldozing;
+mod grousers;
+mod multipass;
+mod rate_stiffening;
+mod rear_contact;
+mod shear_hump;
+mod slip_sinkage;
+mod terrain_drift;
+mod torque_droop;
+mod wheel_compliance;
+
+pub use bulldozing::{BearingCapacity, RubbingPile};
+pub use grousers::SideWalls;
+pub use multipass::{PackedStrength, Rut};
+pub use rate_stiffening::{RimSpeed, ShearRate};
+pub use rear_contact::{ElasticUnloading, EnergyReturn};
+pub use shear_hump::ResidualStrength;
+pub use slip_sinkage::{Excavation, InclinedLoad};
+pub use terrain_drift::{StrengthDrift, Undulating};
+pub use torque_droop::{Hyperbola, Knee};
+pub use wheel_compliance::SubstituteCircle;
+
+use crate::contact::Contact;
+use crate::forces::WheelForces;
+use crate::model::Soil;
+use crate::real::Real;
+use crate::registry::Registry;
+
+/// Depth at which magnitudes that depend on sinkage are quoted \[m\].
+const REFERENCE_DEPTH: f64 = 0.02;
+
+/// Bekker's sinkage of a rigid wheel at rest \[m\]; none where k or n is unknown.
+///
+/// # Equation
+/// z_0 = \[3 W/(b (3 - n) k sqrt(2 R))\]^(2/(2n + 1)), n held at 2.5
+fn bekker_sinkage<T: Real>(soil: &Soil<T>, at: &Contact<T>) -> Option<T> {
+    let (k, n) = (soil.stiffness?, soil.sinkage_exponent?);
+    let n = n.min_of(T::from(2.5));
+    let share = -n + 3.0;
+    let base = at.normal_load * 3.0 / (at.width * share * k * (at.radius * 2.0).sqrt());
+    Some(base.pow_pos(T::from(2.0) / (n * 2.0 + 1.0)))
+}
+
+/// Work of compaction per length of the rut, b k z^(n+1)/(n+1) \[N\]; none where k, n or z is unknown.
+fn compaction_work<T: Real>(soil: &Soil<T>, at: &Contact<T>, forces: &WheelForces<T>) -> Option<T> {
+    let (k, n, z) = (soil.stiffness?, soil.sinkage_exponent?, forces.sinkage?);
+    let power = n + 1.0;
+    // What is not yet sunk at all still has a depth to take the power of.
+    Some(at.width * k * z.max_of(T::from(1e-9)).pow_pos(power) / power)
+}
+
+/// Registers the forms after the defaults, which a bare name means.
+pub(super) fn register(registry: Registry) -> Registry {
+    registry
+        .with_effect::<Excavation>()
+        .with_effect::<InclinedLoad>()
+        .with_effect::<Rut>()
+        .with_effect::<PackedStrength>()
+        .with_effect::<BearingCapacity>()
+        .with_effect::<RubbingPile>()
+        .with_effect::<SideWalls>()
+        .with_effect::<ElasticUnloading>()
+        .with_effect::<EnergyReturn>()
+        .with_effect::<RimSpeed>()
+        .with_effect::<ShearRate>()
+        .with_effect::<ResidualStrength>()
+        .with_effect::<SubstituteCircle>()
+        .with_effect::<Hyperbola>()
+        .with_effect::<Knee>()
+        .with_effect::<StrengthDrift>()
+        .with_effect::<Undulating>()
+}

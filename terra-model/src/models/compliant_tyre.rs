@@ -1,0 +1,403 @@
+//! A pneumatic tyre on soft soil: round where the soil is softer than the tyre, flat where the tyre is.
+//!
+//! # Equation
+//! σ = k z^n pushes on the round front, θf <= θ <= θ1, until it reaches the pressure p_t of inflation and carcass at the
+//! depth z_0 = (p_t/k)^(1/n). From there the tyre lies flat at that depth, over l = 2 R sin θf with
+//! cos θf = cos θ1 + z_0/R, and carries p_t; a wheel that sinks less stays round, θf = 0. With E(j) = sign(j)(1 - e^(-|j|/K)):
+//! W = b R ∫ (σ cos θ + τ sin θ) dθ + b p_t l,  D = b R ∫ (τ cos θ - σ sin θ) dθ + b ∫ τ dx,
+//! T = b R² ∫ τ dθ + b R cos θf ∫ τ dx;  τ = (c + σ tan φ) E(j), on the front j = R \[(θ1 - θ) - (1 - i)(sin θ1 - sin θ)\],
+//! under the flat j = j(θf) + i x.
+//!
+//! # Units
+//! SI. p_t \[Pa\] is one number, because inflation and carcass act only through their sum.
+//!
+//! # Reference
+//! M. G. Bekker, *Introduction to Terrain-Vehicle Systems*, 1969; J. Y. Wong, *Theory of Ground Vehicles*, chapter 2 (the
+//! critical pressure and the flat; the forms are recalled and not checked against the book). There the front is replaced by
+//! the plate's work; here its stresses are integrated, and shear along it is kept.
+
+use crate::contact::{Contact, Hook};
+use crate::error::ModelError;
+use crate::forces::{Angles, Flags, WheelForces};
+use crate::model::{Soil, TerrainModel};
+use crate::models::bekker::PARAMS as BEKKER;
+use crate::models::slots::checks::{self, Must, Values, kinematic, quantity};
+use crate::param::{Param, Scale};
+use crate::quadrature::{rule, t_minus_sin};
+use crate::real::{Real, Root};
+use crate::root::entry_angle;
+
+/// A tyre that flattens on firm ground.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct CompliantTyre;
+
+/// Nodes of the front, clustered at its entry, and of the flat.
+const NODES: usize = 24;
+/// Change of j/K along the flat above which its integral is taken in closed form.
+const STEEP: f64 = 0.5;
+/// Depth \[m\] below which there is none: the stress there is zero to rounding, and so is its part of the load.
+const SHALLOW: f64 = 1e-200;
+
+#[derive(Clone, Copy)]
+struct Wheel<T> {
+    stiffness: T,
+    exponent: T,
+    cohesion: T,
+    tan_friction: T,
+    modulus: T,
+    pressure: T,
+    slip: T,
+    radius: T,
+    /// Of the rim, for the torque.
+    arm: T,
+    width: T,
+}
+
+struct Sums<T> {
+    load: T,
+    thrust: T,
+    compaction: T,
+    torque: T,
+}
+
+/// 1 - cos t.
+fn versine<T: Real>(t: T) -> T {
+    let (s, _) = (t * 0.5).sin_cos();
+    s.squared() * 2.0
+}
+
+impl<T: Real> Wheel<T> {
+    fn read(p: &[T], at: &Contact<T>) -> Result<Self, ModelError> {
+        checks::contact(at)?;
+        let model = CompliantTyre::NAME;
+        let values = Values {
+            model,
+            params: CompliantTyre::PARAMS,
+            p,
+        };
+        let hooks = &at.hooks;
+        let k_c = values.get("k_c", Must::BeFinite)?;
+        let k_phi = values.get("k_phi", Must::BeFinite)?;
+        let n = values.get("sinkage_exponent", Must::BeFinite)? + hooks.sinkage_exponent;
+        let stiffness = (k_c / at.width + k_phi) * hooks.stiffness;
+        Ok(Wheel {
+            stiffness: quantity(model, "k_c/b + k_phi", stiffness, Must::BePositive)?,
+            exponent: quantity(model, "sinkage_exponent", n, Must::BePositive)?,
+            cohesion: values.get("cohesion", Must::NotBeNegative)? * hooks.cohesion,
+            tan_friction: values.get("friction_angle", Must::BeAcute)?.tan() * hooks.friction,
+            modulus: values.get("shear_modulus", Must::BePositive)? * hooks.shear_modulus,
+            pressure: values.get("tyre_pressure", Must::BePositive)?,
+            slip: kinematic(at.slip),
+            radius: at.radius * hooks.contact_radius,
+            arm: at.radius,
+            width: at.width,
+        })
+    }
+
+    fn map<S>(&self, f: impl Fn(T) -> S + Copy) -> Wheel<S> {
+        Wheel {
+            stiffness: f(self.stiffness),
+            exponent: f(self.exponent),
+            cohesion: f(self.cohesion),
+            tan_friction: f(self.tan_friction),
+            modulus: f(self.modulus),
+            pressure: f(self.pressure),
+            slip: f(self.slip),
+            radius: f(self.radius),
+            arm: f(self.arm),
+            width: f(self.width),
+        }
+    }
+
+    /// θf, 0 while the wheel stays round, and the angle θ1 - θf of the round front.
+    fn flat_from(&self, entry: T) -> (T, T) {
+        let depth = ((self.pressure / self.stiffness).ln() / self.exponent).exp();
+        let over = versine(entry) - depth / self.radius;
+        // The root of zero has no derivative: the tyre just touches.
+        let (zero, one) = (T::zero(), T::one());
+        let safe = zero.select_lt(over, over, one);
+        let angle = (safe / (T::from(2.0) - safe)).sqrt().atan() * 2.0;
+        // cos θf - cos θ1 = z_0/R = 2 sin((θ1 + θf)/2) sin((θ1 - θf)/2): a front far shorter than the flat keeps its digits.
+        let (middle, _) = ((entry + angle) * 0.5).sin_cos();
+        let half = (depth / (self.radius * middle * 2.0)).min_of(T::from(0.99));
+        let span = (half / (one - half.squared()).sqrt()).atan() * 2.0;
+        (
+            zero.select_lt(over, angle, zero),
+            zero.select_lt(over, span, entry),
+        )
+    }
+
+    fn displacement(&self, entry: T, angle: T) -> T {
+        let i = self.slip;
+        self.radius
+            * (i * (entry - angle) + (T::one() - i) * (t_minus_sin(entry) - t_minus_sin(angle)))
+    }
+
+    fn mobilised(&self, j: T) -> T {
+        let e = -(-(j.abs() / self.modulus)).exp_m1();
+        j.select_lt(T::zero(), -e, e)
+    }
+
+    /// ∫ E dx over a flat of that length that begins at a displacement.
+    fn flat_shear(&self, start: T, length: T) -> T {
+        let zero = T::zero();
+        let rule = rule::<NODES>();
+        let mut mean = zero;
+        for (x, w) in rule.nodes.iter().zip(&rule.weights).take(NODES) {
+            mean += self.mobilised(start + self.slip * length * *x) * *w;
+        }
+        // An antiderivative of E is |j| + K e^(-|j|/K).
+        let integral = |j: T| j.abs() + self.modulus * (-(j.abs() / self.modulus)).exp_m1();
+        let change = self.slip * length;
+        let steep = change.abs() / self.modulus;
+        let divisor = steep.select_lt(T::from(STEEP), T::one(), self.slip);
+        let closed = (integral(start + change) - integral(start)) / divisor;
+        steep.select_lt(T::from(STEEP), mean * length, closed)
+    }
+
+    fn sums(&self, entry: T) -> Sums<T> {
+        let (from, span) = self.flat_from(entry);
+        let zero = T::zero();
+        let (mut load, mut thrust, mut compaction, mut turning) = (zero, zero, zero, zero);
+        let rule = rule::<NODES>();
+        for (x, w) in rule.nodes.iter().zip(&rule.weights).take(NODES) {
+            // θ1 - θ = span x³: σ rises as a broken power of the way from the entry.
+            let below = span * (x * x * x);
+            let angle = entry - below;
+            let weight = span * (3.0 * x * x * w);
+            let (sum, _) = (entry - below * 0.5).sin_cos();
+            let (half, _) = (below * 0.5).sin_cos();
+            let depth = (self.radius * sum * half * 2.0).max_of(T::from(SHALLOW));
+            let normal = self.stiffness * depth.pow_pos(self.exponent);
+            let shear = (self.cohesion + normal * self.tan_friction)
+                * self.mobilised(self.displacement(entry, angle));
+            let (sin, cos) = angle.sin_cos();
+            load += (normal * cos + shear * sin) * weight;
+            thrust += shear * cos * weight;
+            compaction += normal * sin * weight;
+            turning += shear * weight;
+        }
+        let (sin, cos) = from.sin_cos();
+        let length = self.radius * sin * 2.0;
+        let strength = self.cohesion + self.pressure * self.tan_friction;
+        let flat = strength * self.flat_shear(self.displacement(entry, from), length);
+        let area = self.radius * self.width;
+        Sums {
+            load: load * area + self.pressure * length * self.width,
+            thrust: thrust * area + flat * self.width,
+            compaction: compaction * area,
+            torque: (turning * area + flat * cos * self.width) * self.arm,
+        }
+    }
+
+    fn entry(&self, at: &Contact<T>) -> Result<T, ModelError> {
+        type Tangent<T> = <<T as Real>::Primal as Root>::Tangent;
+        let primal = self.map(T::primal);
+        let load = at.normal_load.primal();
+        // A round wheel of this exponent near one: W = b k R^(n+1) θ1^(2n+1)/2.
+        let n = primal.exponent;
+        let area = primal.width * primal.radius * primal.stiffness;
+        let depth = (load / area).ln() - n * primal.radius.ln();
+        let guess = (depth / (n * 2.0 + 1.0)).exp();
+        let tangent: Wheel<Tangent<T>> = primal.map(Tangent::<T>::from_primal);
+        let root = entry_angle(load, guess, at.slip.primal(), |a| tangent.sums(a).load)?.exp();
+        let (_, slope) = T::Primal::parts(tangent.sums(root.seed()).load);
+        let root_t = T::from_primal(root);
+        Ok(root_t - (self.sums(root_t).load - at.normal_load) / T::from_primal(slope))
+    }
+}
+
+impl TerrainModel for CompliantTyre {
+    const NAME: &'static str = "compliant-tyre";
+    const SUMMARY: &'static str =
+        "tyre that lies flat where the soil would push harder than inflation and carcass";
+    const PARAMS: &'static [Param] = &[
+        BEKKER[0],
+        BEKKER[1],
+        BEKKER[2],
+        BEKKER[3],
+        BEKKER[4],
+        BEKKER[5],
+        Param {
+            name: "tyre_pressure",
+            symbol: "p_t",
+            unit: "Pa",
+            min: 1e3,
+            max: 1e7,
+            scale: Scale::Log,
+            prior_sd: 0.3,
+            doc: "inflation pressure and what the carcass adds to it",
+        },
+    ];
+    const REFERENCE: &'static str =
+        "M. G. Bekker, 1969; J. Y. Wong, Theory of Ground Vehicles (forms recalled)";
+    const HOOKS: &'static [Hook] = &[
+        Hook::Stiffness,
+        Hook::Cohesion,
+        Hook::Friction,
+        Hook::ShearModulus,
+        Hook::SinkageExponent,
+        Hook::ContactRadius,
+    ];
+
+    fn wheel_forces<T: Real>(
+        &self,
+        p: &[T],
+        at: &Contact<T>,
+    ) -> Result<WheelForces<T>, ModelError> {
+        let wheel = Wheel::read(p, at)?;
+        let entry = wheel.entry(at)?;
+        let sums = wheel.sums(entry);
+        let (from, _) = wheel.flat_from(entry);
+        let mut forces = WheelForces::from_thrust(sums.thrust, sums.compaction, sums.torque);
+        let sinkage = wheel.radius * (versine(entry) - versine(from));
+        forces.sinkage = Some(sinkage);
+        forces.angles = Some(Angles {
+            entry,
+            exit: -from,
+            max_stress: from,
+        });
+        forces.flags = Flags {
+            braking: at.slip.primal().any_lt(T::Primal::zero()),
+            apex_limited: false,
+            deep_sinkage: (at.radius * 0.5).primal().any_lt(sinkage.primal()),
+        };
+        Ok(forces)
+    }
+
+    fn soil<T: Real>(&self, p: &[T], at: &Contact<T>) -> Soil<T> {
+        let mut soil = Soil::unknown();
+        if let [k_c, k_phi, n, c, phi, k, ..] = p {
+            soil.stiffness = Some(*k_c / at.width + *k_phi);
+            soil.sinkage_exponent = Some(*n);
+            soil.cohesion = Some(*c);
+            soil.friction_angle = Some(*phi);
+            soil.shear_modulus = Some(*k);
+        }
+        soil
+    }
+
+    /// Dry sand, upland sandy loam and lean clay of the catalogue, under tyres of 60, 150 and 100 kPa.
+    fn typical() -> Vec<Vec<f64>> {
+        [
+            ("dry_sand", 6e4),
+            ("upland_sandy_loam", 1.5e5),
+            ("lean_clay_22", 1e5),
+        ]
+        .into_iter()
+        .filter_map(|(id, pressure)| {
+            let terrain = crate::catalogue::find(id).ok()?;
+            let mut p: Vec<f64> = Self::PARAMS
+                .iter()
+                .take(6)
+                .map(|p| terrain.value(p.name))
+                .collect::<Option<_>>()?;
+            p.push(pressure);
+            Some(p)
+        })
+        .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ForceLaw;
+
+    fn sand(pressure: f64) -> Vec<f64> {
+        let mut p = CompliantTyre::typical().remove(0);
+        p[6] = pressure;
+        p
+    }
+
+    /// On ground that hardly gives, all is flat: p_t b l = W, z = 0, and at high slip the tyre slides with
+    /// A c + W tan φ.
+    #[test]
+    fn on_firm_ground_the_tyre_carries_its_load_by_its_pressure() {
+        let mut p = sand(5e4);
+        (p[0], p[1], p[5]) = (0.0, 1e13, 1e-5);
+        let at = Contact::new(0.5, 500.0, 0.3, 0.2);
+        let f = CompliantTyre.forces(&p, &at).unwrap();
+        let length = 500.0 / (5e4 * 0.2);
+        let from = (0.5 * length / 0.3f64).asin();
+        let exit = f.angles.unwrap().exit;
+        assert!((exit + from).abs() < 1e-3, "{exit} {from}");
+        let slides = 0.2 * length * p[3] + 500.0 * p[4].tan();
+        assert!(
+            (f.drawbar_pull / slides - 1.0).abs() < 2e-3,
+            "{}",
+            f.drawbar_pull
+        );
+        assert!((f.resistive_torque / (slides * 0.3 * from.cos()) - 1.0).abs() < 2e-3);
+        assert!(f.sinkage.unwrap() < 1e-5);
+    }
+
+    /// A tyre harder than the soil ever pushes is round: its pressure does not matter, its lowest point bears k z^n.
+    #[test]
+    fn a_hard_tyre_is_a_rigid_wheel() {
+        let at = Contact::new(0.2, 245.25, 0.254, 0.15);
+        let (a, b) = (
+            CompliantTyre.forces(&sand(5e6), &at).unwrap(),
+            CompliantTyre.forces(&sand(9e6), &at).unwrap(),
+        );
+        assert_eq!(a.drawbar_pull.to_bits(), b.drawbar_pull.to_bits());
+        assert_eq!(a.angles.unwrap().exit, 0.0);
+        // A softer tyre sinks less and pulls more on sand.
+        let soft = CompliantTyre.forces(&sand(1e4), &at).unwrap();
+        assert!(soft.sinkage.unwrap() < a.sinkage.unwrap());
+        assert!(soft.drawbar_pull > a.drawbar_pull);
+    }
+
+    /// Simpson's rule over front and flat, a second method.
+    #[test]
+    fn a_second_quadrature_agrees() {
+        let simpson = |a: f64, b: f64, f: &dyn Fn(f64) -> f64| {
+            let n = 200_000;
+            let h = (b - a) / f64::from(n);
+            (0..n)
+                .map(|k| {
+                    let x = a + h * f64::from(k);
+                    (f(x) + 4.0 * f(x + 0.5 * h) + f(x + h)) * h / 6.0
+                })
+                .sum::<f64>()
+        };
+        for p in CompliantTyre::typical() {
+            for slip in [-0.5, -0.01, 0.0, 0.05, 0.6] {
+                let at = Contact::new(slip, 245.25, 0.254, 0.15);
+                let w = Wheel::read(&p, &at).unwrap();
+                let entry = w.entry(&at).unwrap();
+                let (from, _) = w.flat_from(entry);
+                let normal = |t: f64| {
+                    w.stiffness * (w.radius * (t.cos() - entry.cos()).max(0.0)).powf(w.exponent)
+                };
+                let i = w.slip;
+                let e = |j: f64| j.signum() * (1.0 - (-j.abs() / w.modulus).exp());
+                let j = |t: f64| 0.254 * ((entry - t) - (1.0 - i) * (entry.sin() - t.sin()));
+                let shear = |t: f64| (w.cohesion + normal(t) * w.tan_friction) * e(j(t));
+                let length = 2.0 * 0.254 * from.sin();
+                let strength = w.cohesion + w.pressure * w.tan_friction;
+                let flat = simpson(0.0, length, &|x| strength * e(j(from) + i * x));
+                let area = 0.254 * 0.15;
+                let load = simpson(from, entry, &|t| normal(t) * t.cos() + shear(t) * t.sin())
+                    * area
+                    + w.pressure * length * 0.15;
+                let pull = simpson(from, entry, &|t| shear(t) * t.cos() - normal(t) * t.sin())
+                    * area
+                    + flat * 0.15;
+                let torque =
+                    (simpson(from, entry, &shear) * area + flat * from.cos() * 0.15) * 0.254;
+                let f = CompliantTyre.forces(&p, &at).unwrap();
+                for (found, by_simpson) in [
+                    (245.25, load),
+                    (f.drawbar_pull, pull),
+                    (f.resistive_torque, torque),
+                ] {
+                    assert!(
+                        (found - by_simpson).abs() < 1e-3,
+                        "slip {slip}: {found} {by_simpson}"
+                    );
+                }
+            }
+        }
+    }
+}

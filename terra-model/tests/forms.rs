@@ -1,0 +1,286 @@
+//! Several forms under one name: each by its own equation, and told apart by what it does.
+
+#![allow(clippy::unwrap_used, clippy::panic)]
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use terra_model::{Channel, Contact, ForceLaw, Law, Registry, WheelForces, catalogue};
+
+const NAMES: [&str; 10] = [
+    "slip-sinkage",
+    "multipass",
+    "bulldozing",
+    "grousers",
+    "rear-contact",
+    "rate-stiffening",
+    "shear-hump",
+    "wheel-compliance",
+    "torque-droop",
+    "terrain-drift",
+];
+
+fn soil() -> Vec<f64> {
+    let law = Registry::builtin().law("wong-reece").unwrap();
+    catalogue::find("upland_sandy_loam")
+        .unwrap()
+        .parameters(law.model())
+        .unwrap()
+}
+
+fn contact(slip: f64) -> Contact<f64> {
+    Contact {
+        speed: 0.3,
+        wheel_speed: 0.3 / (0.254 * (1.0 - slip)),
+        path: 3.0,
+        earlier_passes: 1.0,
+        side: 1.0,
+        wheelbase: 0.6,
+        ..Contact::new(slip, 245.25, 0.254, 0.15)
+    }
+}
+
+/// Forces without and with a form.
+fn change(name: &str, form: &str, e: f64, at: &Contact<f64>) -> [WheelForces<f64>; 2] {
+    let registry = Registry::builtin();
+    let law = Law::new(
+        registry.model("wong-reece").unwrap(),
+        vec![registry.effect_form(name, form).unwrap()],
+    )
+    .unwrap();
+    [0.0, e].map(|e| law.forces(&[soil(), vec![e]].concat(), at).unwrap())
+}
+
+/// Contact after a form acted on it.
+fn touched(name: &str, form: &str, e: f64, at: &Contact<f64>) -> Contact<f64> {
+    let registry = Registry::builtin();
+    let law = registry.law("wong-reece").unwrap();
+    let of = law.model().soil_at(&soil(), at);
+    let effect = registry.effect_form(name, form).unwrap();
+    effect.before_at(&[e], &of, *at)
+}
+
+fn near(found: f64, expected: f64) {
+    assert!(
+        (found - expected).abs() <= 1e-9 * expected.abs().max(1.0),
+        "{found} is not {expected}"
+    );
+}
+
+/// The default comes first, so that a bare name means it; forms of one name have names of their own, agree about the log they
+/// show on, and the ten that most need it have two or three.
+#[test]
+fn one_name_several_forms() {
+    let registry = Registry::builtin();
+    let mut forms: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
+    for effect in registry.effects() {
+        forms.entry(effect.name()).or_default().push(effect.form());
+        let default = registry.effect(effect.name()).unwrap();
+        assert_eq!(default.form(), "default");
+        assert_eq!(default.scope(), effect.scope(), "{}", effect.name());
+    }
+    for (name, found) in &forms {
+        let mut once = found.clone();
+        once.sort_unstable();
+        once.dedup();
+        assert_eq!(once.len(), found.len(), "{name}: {found:?}");
+        assert!(found.len() <= 3, "{name}: {found:?}");
+    }
+    for name in NAMES {
+        assert!(forms[name].len() >= 2, "{name}");
+    }
+    let unknown = registry.effect_form("grousers", "side-wall").err().unwrap();
+    assert!(unknown.to_string().contains("did you mean 'side-walls'"));
+}
+
+/// What a wheel digs: e s/(1 - s) deep, at half slip e itself; nothing at zero slip.
+#[test]
+fn excavation_by_its_equation() {
+    for (slip, dug) in [(0.0, 0.0), (0.5, 0.01), (0.2, 0.0025), (0.95, 0.09)] {
+        let [a, b] = change("slip-sinkage", "excavation", 0.01, &contact(slip));
+        near(b.sinkage.unwrap() - a.sinkage.unwrap(), dug);
+        assert_eq!(a.resistive_torque.to_bits(), b.resistive_torque.to_bits());
+        if dug > 0.0 {
+            assert!(b.drawbar_pull < a.drawbar_pull);
+        }
+    }
+    // The resistance is Bekker's work between the two depths.
+    let [a, b] = change("slip-sinkage", "excavation", 0.01, &contact(0.5));
+    let p = soil();
+    let (k, n, z) = (p[0] / 0.15 + p[1], p[2], a.sinkage.unwrap());
+    let work = 0.15 * k * ((z + 0.01).powf(n + 1.0) - z.powf(n + 1.0)) / (n + 1.0);
+    near(a.drawbar_pull - b.drawbar_pull, work);
+}
+
+/// Meyerhof's factor (1 - δ/90°)² with δ -> φ.
+#[test]
+fn inclined_load_by_its_factor() {
+    let at = Contact {
+        slip: 1.0,
+        ..contact(0.5)
+    };
+    let phi = soil()[4] * (1.0 - (-5.0f64).exp());
+    let factor = touched("slip-sinkage", "inclined-load", 1.0, &at)
+        .hooks
+        .stiffness;
+    near(factor, (1.0 - phi.to_degrees() / 90.0).powi(2));
+}
+
+/// N_q = 22.46 and N_c = 37.16 are Terzaghi's for 30°, in every table.
+#[test]
+fn bearing_capacity_has_the_factors_of_the_tables() {
+    let registry = Registry::builtin();
+    let effect = registry
+        .effect_form("bulldozing", "bearing-capacity")
+        .unwrap();
+    let law = registry.law("wong-reece").unwrap();
+    let at = contact(0.3);
+    let mut p = soil();
+    p[4] = 30f64.to_radians();
+    let push = |c: f64| {
+        let mut p = p.clone();
+        p[3] = c;
+        let mut forces = law.forces(&soil(), &at).unwrap();
+        forces.sinkage = Some(0.02);
+        let before = forces.drawbar_pull;
+        before
+            - effect
+                .after_at(&[1.0], &law.model().soil_at(&p, &at), &at, forces)
+                .drawbar_pull
+    };
+    let per_cohesion = (push(2000.0) - push(1000.0)) / (1000.0 * 0.15 * 0.02 * 0.67);
+    let (tan, cos) = (30f64.to_radians().tan(), 30f64.to_radians().cos());
+    let n_c = per_cohesion / (cos * cos) + tan;
+    assert!((n_c - 37.16).abs() < 0.01, "{n_c}");
+    // Without cohesion: .5 γ z² b (2 N_γ/tan φ + 1) cos² φ with N_γ = 2 · 23.46 tan φ/(1 + .4 sin 120°).
+    let n_weight = 2.0 * 23.456 * tan / (1.0 + 0.4 * 120f64.to_radians().sin());
+    let k = (2.0 * n_weight / tan + 1.0) * cos * cos;
+    let expected = 0.5 * 15e3 * 4e-4 * 0.15 * k;
+    assert!((push(0.0) / expected - 1.0).abs() < 1e-4);
+}
+
+/// A grouser as tall as half the width doubles cohesion; tan φ gains .64 (h/b) acot(h/b).
+#[test]
+fn side_walls_by_the_published_factors() {
+    let at = contact(0.3);
+    let hooks = touched("grousers", "side-walls", 0.075, &at).hooks;
+    near(hooks.cohesion, 2.0);
+    near(hooks.friction, 1.0 + 0.64 * 0.5 * 2f64.atan());
+}
+
+/// Both count travel at zero slip; at slip the rim is faster, and so stiffer ground is what it meets.
+#[test]
+fn rates_follow_the_rim_and_the_slide() {
+    let at = contact(0.0);
+    let by = |form, slip| touched("rate-stiffening", form, 0.2, &contact(slip)).hooks;
+    near(
+        by("rim-speed", 0.0).stiffness,
+        touched("rate-stiffening", "default", 0.2, &at)
+            .hooks
+            .stiffness,
+    );
+    near(by("rim-speed", 0.5).stiffness, 0.6f64.powf(0.2));
+    near(by("shear-rate", 0.5).cohesion, 0.35f64.powf(0.2));
+    near(by("shear-rate", 0.0).friction, 0.05f64.powf(0.2));
+}
+
+/// Where a form puts its change is what tells it from the default: sinkage that stays, torque that moves.
+#[test]
+fn forms_differ_in_what_they_move() {
+    let at = contact(0.3);
+    let moved = |name, form, e| {
+        let [a, b] = change(name, form, e, &at);
+        [
+            (b.drawbar_pull - a.drawbar_pull) / 245.25,
+            (b.resistive_torque - a.resistive_torque) / (245.25 * 0.254),
+            (b.sinkage.unwrap() - a.sinkage.unwrap()) / a.sinkage.unwrap(),
+        ]
+        .map(|d| if d.abs() < 1e-12 { 0.0 } else { d.signum() })
+    };
+    // Earlier passes: stiffer soil sinks less; a rut only saves work; packed soil pulls more.
+    assert_eq!(moved("multipass", "default", 0.5)[2], -1.0);
+    assert_eq!(moved("multipass", "rut", 0.5), [1.0, 0.0, 0.0]);
+    assert_eq!(moved("multipass", "packed-strength", 0.5)[..2], [1.0, 1.0]);
+    // Rebound: stresses behind the bottom, or only energy.
+    assert_eq!(
+        moved("rear-contact", "energy-return", 0.3),
+        [1.0, 0.0, -1.0]
+    );
+    assert_eq!(moved("rear-contact", "elastic-unloading", 0.3)[2], -1.0);
+    // A pile that rubs brakes the wheel too.
+    assert_eq!(moved("bulldozing", "default", 1.0), [-1.0, 0.0, 0.0]);
+    assert_eq!(moved("bulldozing", "rubbing-pile", 1.0), [-1.0, 1.0, 0.0]);
+    // Strength drifts without the stiffness.
+    assert!(
+        touched("terrain-drift", "strength", 0.4, &at)
+            .hooks
+            .stiffness
+            == 1.0
+    );
+    assert_eq!(
+        moved("shear-hump", "residual-strength", 0.3)[..2],
+        [-1.0, -1.0]
+    );
+}
+
+/// The larger circle: at a Bekker sinkage of 20 mm its radius is R (sqrt(1 + e²) + e)².
+#[test]
+fn the_substitute_circle_at_its_reference_depth() {
+    let p = soil();
+    let (k, n) = (p[0] / 0.15 + p[1], p[2]);
+    // The load that sinks a wheel at rest by 20 mm.
+    let load = 0.02f64.powf(n + 0.5) * 0.15 * (3.0 - n) * k * 0.508f64.sqrt() / 3.0;
+    let at = Contact {
+        normal_load: load,
+        ..contact(0.2)
+    };
+    let factor = touched("wheel-compliance", "substitute-circle", 0.3, &at)
+        .hooks
+        .contact_radius;
+    near(factor, (1.09f64.sqrt() + 0.3).powi(2));
+    let ratio = touched("rear-contact", "elastic-unloading", 0.3, &at)
+        .hooks
+        .exit_ratio;
+    near(ratio, 0.3);
+}
+
+/// A hyperbola is the default's square at small torque and a scale at large; a knee says nothing below it.
+#[test]
+fn droops_of_a_motor() {
+    let registry = Registry::builtin();
+    let report = |form, torque: f64| {
+        let effect = registry.effect_form("torque-droop", form).unwrap();
+        effect.report_at(&[0.2], Channel::WheelTorque, torque, 0.0)
+    };
+    let share = |form, torque: f64| (report(form, torque) / torque - 1.0) / 0.2;
+    assert!((share("hyperbola", 3.0) / (0.5 * share("default", 3.0)) - 1.0).abs() < 1e-3);
+    assert!((share("hyperbola", 6000.0) - 99.0).abs() < 0.01);
+    near(report("knee", 9.0), 9.0);
+    near(share("knee", 60.0), 0.5);
+    near(report("knee", -60.0), -66.0);
+}
+
+/// Forms of one name stand side by side in one law, each leaving the others alone at zero.
+#[test]
+fn forms_of_one_name_share_a_law() {
+    let registry = Registry::builtin();
+    let all: Vec<_> = registry
+        .effects()
+        .iter()
+        .filter(|e| e.name() == "slip-sinkage")
+        .map(Arc::clone)
+        .collect();
+    assert_eq!(all.len(), 3);
+    let law = Law::new(registry.model("wong-reece").unwrap(), all).unwrap();
+    let at = contact(0.3);
+    let plain = registry
+        .law("wong-reece")
+        .unwrap()
+        .forces(&soil(), &at)
+        .unwrap();
+    let (f, jac) = law.jacobian(&[soil(), vec![0.0; 3]].concat(), &at).unwrap();
+    assert_eq!(f.drawbar_pull.to_bits(), plain.drawbar_pull.to_bits());
+    for k in 8..11 {
+        assert!(jac[(2, k)] > 0.0, "every form sinks deeper: {}", jac[(2, k)]);
+    }
+}
