@@ -11,6 +11,7 @@ use crate::evidence::posterior;
 use crate::fit::{Fit, evaluate};
 use crate::hypothesis::Hypothesis;
 use crate::noise::Whitener;
+use crate::round::Round;
 use crate::screen::{Score, Tangent};
 use crate::settings::LogKind;
 use crate::setup::{Screened, Setup};
@@ -29,8 +30,18 @@ const PARTNER_FROM: f64 = 0.0;
 const STRUCTURES: usize = 2;
 /// Nats by which such a structure may fall short of the nominal one.
 const STRUCTURE_WITHIN: f64 = 5.0;
-/// Effects that get partners.
+/// Effects confirmed at least, once the noise is renewed, where the best gains more than this: the tangent then ranks poorly.
+const CONFIRM_AT_LEAST_LARGE: (usize, f64) = (9, 50.0);
+/// Prior sd that a soil parameter moves at most before a fit starts anew from the prior centre.
+const FAR_SOIL: f64 = 3.0;
+/// Misfit per value above which it does.
+const FAR_FIT: f64 = 1.3;
+/// Pairs confirmed because the tangent at the nominal fit ranks them first among all pairs.
+const PAIRS_BY_SCREEN: usize = 4;
+/// Effects that get partners, on a rig.
 const PAIR_SEEDS: usize = 3;
+/// The same on a drive, where every seed costs a screen of all effects.
+const PAIR_SEEDS_DRIVE: usize = 2;
 /// Pairs confirmed around each.
 const PAIRS_PER_SEED: usize = 4;
 /// Nats by which a pair must beat its better half: a raw threshold, to be replaced by a calibrated one.
@@ -125,7 +136,15 @@ pub(crate) fn confirm_singles<P: Predictor>(
     levels: &Amplitudes,
     screen: &[Screened],
     asked: &Asked,
+    previous: Option<&Round>,
 ) -> Vec<(usize, Vec<Weighed>)> {
+    // What a fit under another noise found is the best start.
+    let before = |effect: &Arc<dyn AnyEffect>| {
+        let round = previous?;
+        let same = |s: &Screened| s.name == effect.name() && s.form == effect.form();
+        let found = round.singles.iter().find(|(k, _)| same(&round.screen[*k]));
+        Some(found?.1.first()?.plain.x.as_slice().to_vec())
+    };
     let mut order: Vec<usize> = (0..asked.len()).collect();
     order.sort_by(|&a, &b| {
         screen[b]
@@ -136,13 +155,18 @@ pub(crate) fn confirm_singles<P: Predictor>(
     let best = order
         .first()
         .map_or(0.0, |&k| screen[k].score.log_bayes_factor);
+    let at_least = if previous.is_some() && best > CONFIRM_AT_LEAST_LARGE.1 {
+        CONFIRM_AT_LEAST_LARGE.0
+    } else {
+        CONFIRM_AT_LEAST
+    };
     // Contrasts on rigs are large and the linear screen may only order work there, never exclude.
     let confirmed: Vec<usize> = order
         .iter()
         .enumerate()
         .filter(|(rank, k)| {
             setup.kind == LogKind::Rig
-                || *rank < CONFIRM_AT_LEAST
+                || *rank < at_least
                 || screen[**k].score.log_bayes_factor > best - CONFIRM_WITHIN
         })
         .map(|(_, k)| *k)
@@ -164,7 +188,7 @@ pub(crate) fn confirm_singles<P: Predictor>(
         .filter_map(|(rank, &k)| {
             let effect = &asked[k];
             if setup.kind == LogKind::Drive
-                && rank >= CONFIRM_AT_LEAST
+                && rank >= at_least
                 && screen[k].score.log_bayes_factor <= LINEAR_UP_TO
             {
                 let h = null.with(Arc::clone(effect)).ok()?;
@@ -190,12 +214,20 @@ pub(crate) fn confirm_singles<P: Predictor>(
                     other.resize(h.len(), 1.0);
                     let starts = match setup.kind {
                         LogKind::Rig => vec![near, off, other],
-                        LogKind::Drive => far_start(&**effect, near),
-                        LogKind::Kinematic => vec![near],
+                        LogKind::Drive | LogKind::Kinematic => {
+                            vec![before(effect).unwrap_or(near)]
+                        }
                     };
                     let guess = (setup.kind == LogKind::Drive)
                         .then(|| screen[k].score.beside(&null_weighed.plain.jacobian));
-                    weigh(data, predictor, &h, levels, &starts, guess).ok()
+                    let found = weigh(data, predictor, &h, levels, &starts, guess).ok()?;
+                    let again = [
+                        far_start(&**effect, &found, setup.kind),
+                        fresh_start(&found, base.len(), setup.kind),
+                    ];
+                    Some(better_of(found, again, |start| {
+                        weigh(data, predictor, &h, levels, &[start], None).ok()
+                    }))
                 })
                 .collect();
             (!weighed.is_empty()).then_some((k, weighed))
@@ -226,20 +258,96 @@ fn tangent_only(hypothesis: Hypothesis, null: &Weighed, score: &Score) -> Weighe
     }
 }
 
-/// A fit of physics at the contact is far from linear: a one-sided effect can sit at its bound although it is there, the soil
-/// having moved the other way. Such effects also start one prior sd out. Instruments are nearly linear and need one start.
-fn far_start(effect: &dyn AnyEffect, near: Vec<f64>) -> Vec<Vec<f64>> {
+/// Another start for a fit of a drive: physics at the contact is far from linear, and a one-sided effect can end at its bound
+/// although it is there, the soil having moved the other way. Instruments are nearly linear and need one start.
+fn far_start(effect: &dyn AnyEffect, found: &Weighed, kind: LogKind) -> Option<Vec<f64>> {
     let physical = [Touch::Contact, Touch::Forces]
         .iter()
         .any(|t| effect.touches().contains(t));
-    if !physical {
-        return vec![near];
+    let mut far = found.plain.x.as_slice().to_vec();
+    let last = far.last_mut()?;
+    if kind != LogKind::Drive || !physical || *last > 0.1 {
+        return None;
     }
-    let mut far = near.clone();
-    if let Some(last) = far.last_mut() {
-        *last = if *last < 0.5 { 1.0 } else { 2.0 };
+    *last = 1.0;
+    Some(far)
+}
+
+/// The prior centre of the soil as another start, where a drive's fit ended at a soil that is hard to believe or far from the
+/// data: fits go on from the nominal law's own, which a missing effect may have driven into a corner.
+fn fresh_start(found: &Weighed, soil: usize, kind: LogKind) -> Option<Vec<f64>> {
+    let x = &found.plain.x;
+    let moved = x.iter().take(soil).any(|q| q.abs() > FAR_SOIL);
+    if kind != LogKind::Drive || !(moved || found.chi2_per_value() > FAR_FIT) {
+        return None;
     }
-    vec![near, far]
+    let size = |s: f64| {
+        if s.abs() < 0.1 {
+            0.5
+        } else {
+            s.clamp(-2.0, 2.0)
+        }
+    };
+    let fresh = x.iter().enumerate();
+    Some(
+        fresh
+            .map(|(k, v)| if k < soil { 0.0 } else { size(*v) })
+            .collect(),
+    )
+}
+
+/// The best of a fit and those from other starts.
+fn better_of(
+    found: Weighed,
+    starts: impl IntoIterator<Item = Option<Vec<f64>>>,
+    weigh: impl Fn(Vec<f64>) -> Option<Weighed>,
+) -> Weighed {
+    starts
+        .into_iter()
+        .flatten()
+        .filter_map(weigh)
+        .fold(found, |best, other| {
+            if other.log_evidence > best.log_evidence {
+                other
+            } else {
+                best
+            }
+        })
+}
+
+/// Two rows of the screen, a start, and a Jacobian there.
+type Job = (usize, usize, Vec<f64>, DMatrix<f64>);
+
+/// The pairs that the tangent at the nominal fit ranks first, where they beat the best single there.
+fn by_screen(null: &Weighed, screen: &[Screened]) -> Vec<Job> {
+    let single = screen
+        .iter()
+        .map(|s| s.score.log_bayes_factor)
+        .fold(0.0, f64::max);
+    let mut found = vec![];
+    for (a, first) in screen.iter().enumerate() {
+        for (b, second) in screen.iter().enumerate().skip(a + 1) {
+            if first.name == second.name {
+                continue;
+            }
+            if let Some((gain, magnitudes)) = first.score.with(&second.score)
+                && gain > single + PARTNER_FROM
+            {
+                found.push((gain, a, b, magnitudes));
+            }
+        }
+    }
+    found.sort_by(|x, y| y.0.total_cmp(&x.0));
+    found
+        .into_iter()
+        .take(PAIRS_BY_SCREEN)
+        .map(|(_, a, b, magnitudes)| {
+            let mut start = null.plain.x.as_slice().to_vec();
+            start.extend(magnitudes.map(|m| m.clamp(-3.0, 3.0)));
+            let first = screen[a].score.beside(&null.plain.jacobian);
+            (a, b, start, screen[b].score.beside(&first))
+        })
+        .collect()
 }
 
 /// Best partners of the best singles, screened around them, then fitted jointly.
@@ -248,6 +356,8 @@ pub(crate) fn confirm_pairs<P: Predictor>(
     predictor: &P,
     null: &Hypothesis,
     levels: &Amplitudes,
+    null_weighed: &Weighed,
+    screen: &[Screened],
     singles: &[(usize, Vec<Weighed>)],
     asked: &Asked,
     whitener: &Whitener,
@@ -260,7 +370,17 @@ pub(crate) fn confirm_pairs<P: Predictor>(
     let by = |evidence: fn(&Weighed) -> f64| {
         let mut order = seeds.clone();
         order.sort_by(|a, b| evidence(b.1).total_cmp(&evidence(a.1)));
-        order.truncate(PAIR_SEEDS);
+        let mut names: Vec<&str> = vec![];
+        order.retain(|(k, _)| {
+            let new = !names.contains(&asked[*k].name());
+            names.push(asked[*k].name());
+            new
+        });
+        order.truncate(if kind == LogKind::Drive {
+            PAIR_SEEDS_DRIVE
+        } else {
+            PAIR_SEEDS
+        });
         order
     };
     let mut chosen = by(|w| w.log_evidence);
@@ -270,8 +390,12 @@ pub(crate) fn confirm_pairs<P: Predictor>(
         }
     }
     seeds = chosen;
-    type Job = (usize, usize, Vec<f64>, DMatrix<f64>);
-    let jobs: Vec<Job> = seeds
+    let mut jobs = if kind == LogKind::Drive {
+        by_screen(null_weighed, screen)
+    } else {
+        vec![]
+    };
+    let around: Vec<Job> = seeds
         .iter()
         .flat_map(|(first, weighed)| {
             let partners: Asked = asked
@@ -313,10 +437,13 @@ pub(crate) fn confirm_pairs<P: Predictor>(
                 .collect::<Vec<_>>()
         })
         .collect();
-    let mut seen: Vec<(usize, usize)> = vec![];
+    jobs.extend(around);
+    // One pair of names in one pair of forms, the first.
+    let mut seen: Vec<(&str, &str)> = vec![];
     let mut unique = vec![];
     for (a, b, start, guess) in jobs {
-        let key = (a.min(b), a.max(b));
+        let (first, second) = (asked[a].name(), asked[b].name());
+        let key = (first.min(second), first.max(second));
         if !seen.contains(&key) {
             seen.push(key);
             unique.push((a, b, start, guess));
@@ -340,6 +467,10 @@ pub(crate) fn confirm_pairs<P: Predictor>(
             };
             let guess = (kind == LogKind::Drive).then_some(guess);
             let pair = weigh(data, predictor, &h, levels, &starts, guess).ok()?;
+            let fresh = fresh_start(&pair, null.len(), kind);
+            let pair = better_of(pair, [fresh], |start| {
+                weigh(data, predictor, &h, levels, &[start], None).ok()
+            });
             if kind == LogKind::Drive {
                 // How much a second cause must gain there is a matter of calibration.
                 return Some(pair);

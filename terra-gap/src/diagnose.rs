@@ -161,8 +161,8 @@ pub(crate) fn diagnose<P: Predictor>(
             &data,
             predictor,
             &rivals.noise,
-            (null, fitted.x.as_slice()),
-            (h, f.x.as_slice()),
+            (null, fitted),
+            (h, f),
             by,
         )?);
         let raw = residual(&data, predictor, h, f.x.as_slice())?;

@@ -5,7 +5,7 @@
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
-use terra_model::{Dual8, jacobian};
+use terra_model::{Dual8, Dual16, jacobian, wide_jacobian};
 
 use crate::dataset::{DataSet, Predictor, Stacked};
 use crate::error::GapError;
@@ -56,10 +56,19 @@ pub(crate) fn evaluate<P: Predictor>(
         .into_par_iter()
         .map(|i| {
             let i = data.observations[i].index;
-            let raw: Vec<Dual8> = predictor.raw(i).into_iter().map(Dual8::from).collect();
-            jacobian(x, |x| {
-                predictor.residual(&hypothesis.law, &hypothesis.parameters(x), i, &raw)
-            })
+            let raw = predictor.raw(i);
+            // Every chunk of derivatives solves the wheels anew, so the widest that is filled is the cheapest.
+            if x.len() <= 8 {
+                let raw: Vec<Dual8> = raw.into_iter().map(Dual8::from).collect();
+                jacobian(x, |x| {
+                    predictor.residual(&hypothesis.law, &hypothesis.parameters(x), i, &raw)
+                })
+            } else {
+                let raw: Vec<Dual16> = raw.into_iter().map(Dual16::from).collect();
+                wide_jacobian(x, |x| {
+                    predictor.residual(&hypothesis.law, &hypothesis.parameters(x), i, &raw)
+                })
+            }
         })
         .collect::<Result<Vec<_>, GapError>>()?;
     let n = data.len();
@@ -101,27 +110,14 @@ pub(crate) fn residual<P: Predictor>(
     Ok(DVector::from_vec(each.concat()))
 }
 
-/// Fits a hypothesis from a start.
+/// Fits a hypothesis from a start, with a guess of the whitened Jacobian there.
+///
+/// An exact Jacobian costs several times what a residual does, so between exact ones it is carried along by Broyden's
+/// update; only an exact one can certify the end. Without `certified` the carried one may end it: for fits to most of the
+/// data from a fit to all of it.
 ///
 /// # Errors
 /// When the model has no answer at the start; steps into such places are only refused.
-pub(crate) fn fit<P: Predictor>(
-    data: &DataSet,
-    predictor: &P,
-    hypothesis: &Hypothesis,
-    whitener: &Whitener,
-    start: &[f64],
-) -> Result<Fit, GapError> {
-    fit_near(data, predictor, hypothesis, whitener, start, None)
-}
-
-/// [`fit`] with a guess of the whitened Jacobian at the start.
-///
-/// An exact Jacobian costs several times what a residual does, so between exact ones it is carried along by Broyden's
-/// update; only an exact one can certify the end.
-///
-/// # Errors
-/// As [`fit`].
 pub(crate) fn fit_near<P: Predictor>(
     data: &DataSet,
     predictor: &P,
@@ -129,6 +125,7 @@ pub(crate) fn fit_near<P: Predictor>(
     whitener: &Whitener,
     start: &[f64],
     guess: Option<DMatrix<f64>>,
+    certified: bool,
 ) -> Result<Fit, GapError> {
     let (low, high) = hypothesis.bounds();
     let d = start.len();
@@ -211,6 +208,7 @@ pub(crate) fn fit_near<P: Predictor>(
                     exact = false;
                 }
             }
+            None if !certified && left.is_some_and(|left| left < CERTIFICATE) => break,
             None if exact => {
                 // Certified, at rounding, or in a corner of the model's domain.
                 converged = left.is_some_and(|left| left < 1e-3);
@@ -223,7 +221,7 @@ pub(crate) fn fit_near<P: Predictor>(
             }
         }
     }
-    if !exact {
+    if !exact && certified {
         (r, j) = whiten(&x)?;
     }
     let at_bound = (0..d).map(|k| x[k] <= low[k] || x[k] >= high[k]).collect();
@@ -253,7 +251,15 @@ pub(crate) fn fit_from<P: Predictor>(
     let mut best: Option<Fit> = None;
     let mut error = None;
     for start in starts {
-        match fit_near(data, predictor, hypothesis, whitener, start, guess.take()) {
+        match fit_near(
+            data,
+            predictor,
+            hypothesis,
+            whitener,
+            start,
+            guess.take(),
+            true,
+        ) {
             Ok(f) => {
                 if best.as_ref().is_none_or(|b| f.cost < b.cost) {
                     best = Some(f);

@@ -31,6 +31,7 @@ mod null;
 mod rig;
 mod rivals;
 mod roughness;
+mod round;
 mod run;
 mod screen;
 mod sensor;

@@ -4,18 +4,18 @@
 use std::sync::Arc;
 
 use crate::candidates::Candidates;
-use crate::confirm::{confirm_pairs, confirm_singles, screen_all};
 use crate::dataset::{DataSet, Predictor};
 use crate::error::GapError;
 use crate::fit::Fit;
 use crate::hypothesis::Hypothesis;
 use crate::noise::NoiseModel;
 use crate::null::{drop_unanswered, refit};
+use crate::round::{Common, Round, settle};
 use crate::settings::{LogKind, Settings};
 use crate::setup::{ADEQUATE, Screened, Setup};
-use crate::structures::{Structures, weigh_structures};
+use crate::structures::weigh_structures;
 use crate::unknown;
-use crate::weigh::{Amplitudes, Weighed, unknown_amplitudes, weigh};
+use crate::weigh::{Weighed, unknown_amplitudes};
 
 /// What was weighed.
 pub(crate) struct Rivals {
@@ -79,59 +79,27 @@ pub(crate) fn weigh_rivals<P: Predictor>(
             "the re-fit of the nominal model did not converge".to_owned()
         ));
     };
-    let data = &*data;
-    let centre = vec![0.0; null.len()];
-    let plain = noise.whitener(data)?;
-    let levels = Amplitudes::new(&noise, data, setup.kind)?;
-    let null_weighed = weigh(
-        data,
-        predictor,
-        &null,
-        &levels,
-        &match setup.kind {
-            LogKind::Rig => vec![fitted.x.as_slice().to_vec(), centre.clone()],
-            LogKind::Drive | LogKind::Kinematic => vec![fitted.x.as_slice().to_vec()],
-        },
-        None,
-    )?;
-
-    let mut not_asked = candidates.not_asked.clone();
-    let (screen, asked) = screen_all(
-        data,
-        predictor,
-        &null,
-        &null_weighed.fit,
-        &candidates.effects,
-        &plain,
-        &mut not_asked,
-    );
-
-    let structures =
-        |rivals: &[&Weighed]| weigh_structures(data, predictor, setup, &noise, &levels, rivals);
-    // On a rig effects are weighed under other structures too; a drive's structures must measure up to its effects first.
-    let mut found = match setup.kind {
-        LogKind::Rig => structures(&[])?,
-        LogKind::Drive | LogKind::Kinematic => Structures::default(),
-    };
-    let singles = confirm_singles(
-        data,
+    let common = Common {
         predictor,
         setup,
-        &null,
-        &null_weighed,
-        &found.weighed,
-        &levels,
-        &screen,
-        &asked,
-    );
-    let pairs = if settings.combine >= 2 {
-        confirm_pairs(
-            data, predictor, &null, &levels, &singles, &asked, &plain, setup.kind,
-        )
-    } else {
-        vec![]
+        settings,
+        candidates,
+        null: &null,
     };
-
+    let round = settle(data, &common, &fitted, noise)?;
+    let Round {
+        noise,
+        plain,
+        levels,
+        null_weighed,
+        screen,
+        singles,
+        pairs,
+        mut not_asked,
+        mut found,
+        ..
+    } = round;
+    let data = &*data;
     if setup.kind != LogKind::Rig {
         let rivals: Vec<&Weighed> = singles
             .iter()
@@ -139,7 +107,7 @@ pub(crate) fn weigh_rivals<P: Predictor>(
             .chain(&pairs)
             .chain([&null_weighed])
             .collect();
-        found = structures(&rivals)?;
+        found = weigh_structures(data, predictor, setup, &noise, &levels, &rivals)?;
     }
     not_asked.extend(found.out);
 
@@ -150,13 +118,25 @@ pub(crate) fn weigh_rivals<P: Predictor>(
     bases.truncate(3);
     bases.retain(|w| setup.kind == LogKind::Drive || w.chi2_per_value() > ADEQUATE);
     bases.push(&null_weighed);
-    let log_unknown = bases
-        .iter()
-        .map(|w| {
-            w.plain_log_evidence
-                + unknown::gain(data, &w.plain, &plain, unknown_amplitudes(setup.kind))
-        })
-        .fold(f64::NEG_INFINITY, f64::max);
+    let smooth = |w: &&Weighed| {
+        w.plain_log_evidence + unknown::gain(data, &w.plain, &plain, unknown_amplitudes(setup.kind))
+    };
+    let mut log_unknown = bases.iter().map(smooth).fold(f64::NEG_INFINITY, f64::max);
+    if setup.kind == LogKind::Drive {
+        // On a rig a discrepancy inside every hypothesis takes up what scatters beyond the noise.
+        let best_pair = pairs
+            .iter()
+            .max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence));
+        log_unknown = bases
+            .into_iter()
+            .chain(best_pair)
+            .map(|w| w.plain_log_evidence + unknown::scatter_gain(data, &w.plain))
+            .fold(log_unknown, f64::max);
+    }
+    let fitted = match setup.kind {
+        LogKind::Rig => fitted,
+        LogKind::Drive | LogKind::Kinematic => null_weighed.plain.clone(),
+    };
 
     Ok(Ok(Rivals {
         null,

@@ -31,6 +31,9 @@ pub struct Score {
     pub information: f64,
     /// Share of the signature that a re-fit of the soil absorbs.
     pub absorbed: f64,
+    /// g: what the data say along this signature.
+    along: f64,
+    one_sided: bool,
     /// C0^-1 j, for cosines.
     projected: DVector<f64>,
     column: DVector<f64>,
@@ -76,6 +79,8 @@ impl Tangent {
             } else {
                 1.0
             },
+            along: g,
+            one_sided,
             projected,
             column,
         }
@@ -89,6 +94,26 @@ impl Score {
         let mut out = jacobian.clone().insert_column(d, 0.0);
         out.set_column(d, &self.column);
         out
+    }
+
+    /// ln B of this effect and another together, and their best magnitudes; none where one of them would have to be
+    /// negative and cannot.
+    pub(crate) fn with(&self, other: &Score) -> Option<(f64, [f64; 2])> {
+        let common = self.projected.dot(&other.column);
+        let (a, d) = (1.0 + self.information, 1.0 + other.information);
+        let det = a * d - common * common;
+        if det.is_nan() || det <= 0.0 {
+            return None;
+        }
+        let magnitudes = [
+            (d * self.along - common * other.along) / det,
+            (a * other.along - common * self.along) / det,
+        ];
+        if (self.one_sided && magnitudes[0] < 0.0) || (other.one_sided && magnitudes[1] < 0.0) {
+            return None;
+        }
+        let gain = 0.5 * (self.along * magnitudes[0] + other.along * magnitudes[1]);
+        Some((gain - 0.5 * det.ln(), magnitudes))
     }
 
     /// Cosine of two signatures after the soil is re-fitted.

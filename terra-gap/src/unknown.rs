@@ -93,6 +93,27 @@ pub(crate) fn gain(data: &DataSet, fit: &Fit, whitener: &Whitener, amplitudes: &
     })) - (amplitudes.len() as f64).ln()
 }
 
+/// How many times the stated variance something unknown may scatter, with equal weights; that a channel does not is as
+/// probable as all of them.
+const SCATTER: [f64; 8] = [1.2, 1.5, 2.0, 3.0, 5.0, 10.0, 30.0, 100.0];
+
+/// ln of the evidence gained by letting every channel scatter more than its noise says: what no smooth discrepancy follows
+/// (jitter, play, stones under a wheel) shows so.
+pub(crate) fn scatter_gain(data: &DataSet, fit: &Fit) -> f64 {
+    let mut sums = vec![(0.0, 0.0); data.channels.len()];
+    for ((_, c), r) in data.stacked().zip(fit.residual.iter()) {
+        sums[c].0 += 1.0;
+        sums[c].1 += r * r;
+    }
+    sums.into_iter()
+        .map(|(n, chi2): (f64, f64)| {
+            let at = |s: f64| -0.5 * n * s.ln() - 0.5 * chi2 * (1.0 / s - 1.0);
+            let more = log_sum_exp(SCATTER.map(at)) - (SCATTER.len() as f64).ln();
+            log_sum_exp([0.0, more]) - std::f64::consts::LN_2
+        })
+        .sum()
+}
+
 /// ln N(y; 0, I + B B') without the constant.
 fn log_density(y: &DVector<f64>, b: &DMatrix<f64>) -> f64 {
     let h = b.tr_mul(b) + DMatrix::identity(b.ncols(), b.ncols());
@@ -120,5 +141,54 @@ mod tests {
         let dense =
             -0.5 * y.dot(&c.solve(&y)) - c.l().diagonal().iter().map(|v| v.ln()).sum::<f64>();
         assert!((log_density(&y, &b) - dense).abs() < 1e-12);
+    }
+
+    /// n values of variance v: the best single s is v, its gain n/2 (v - 1 - ln v), less the price of the choice; none for
+    /// values that scatter as stated.
+    #[test]
+    fn scatter_is_paid_for_and_found() {
+        let n = 300;
+        let data = DataSet {
+            channels: vec![crate::dataset::ChannelInfo {
+                name: "c".to_owned(),
+                unit: "N",
+                scale: 1.0,
+            }],
+            observations: (0..n)
+                .map(|index| crate::dataset::Observation {
+                    index,
+                    group: String::new(),
+                    condition: String::new(),
+                    place: String::new(),
+                    channels: vec![0],
+                    values: vec![0.0],
+                    raw_sd: vec![],
+                    factors: crate::dataset::Factors::new(),
+                })
+                .collect(),
+            dropped: std::collections::BTreeMap::new(),
+            notes: vec![],
+            short_scatter: vec![],
+        };
+        let gain = |variance: f64| {
+            let fit = Fit {
+                x: DVector::zeros(0),
+                residual: DVector::from_element(n, variance.sqrt()),
+                jacobian: DMatrix::zeros(n, 0),
+                cost: 0.0,
+                converged: true,
+                log_det: 0.0,
+                at_bound: vec![],
+            };
+            scatter_gain(&data, &fit)
+        };
+        assert!((-0.7..0.0).contains(&gain(1.0)), "{}", gain(1.0));
+        let best = 150.0 * (3.0 - 1.0 - 3f64.ln());
+        let price = std::f64::consts::LN_2 + (SCATTER.len() as f64).ln();
+        assert!(
+            (gain(3.0) - (best - price)).abs() < 0.1,
+            "{} {best}",
+            gain(3.0)
+        );
     }
 }

@@ -39,17 +39,35 @@ pub(crate) fn jacobian16<R, E>(
 /// Whatever `f` returns.
 pub fn jacobian<E>(
     x: &[f64],
-    mut f: impl FnMut(&[Dual8]) -> Result<Vec<Dual8>, E>,
+    f: impl FnMut(&[Dual8]) -> Result<Vec<Dual8>, E>,
+) -> Result<(Vec<f64>, DMatrix<f64>), E> {
+    chunked(x, f)
+}
+
+/// The same in chunks of sixteen: cheaper than two of eight where `f` is dear without derivatives.
+///
+/// # Errors
+/// Whatever `f` returns.
+pub fn wide_jacobian<E>(
+    x: &[f64],
+    f: impl FnMut(&[Dual16]) -> Result<Vec<Dual16>, E>,
+) -> Result<(Vec<f64>, DMatrix<f64>), E> {
+    chunked(x, f)
+}
+
+fn chunked<const N: usize, E>(
+    x: &[f64],
+    mut f: impl FnMut(&[DualSVec64<N>]) -> Result<Vec<DualSVec64<N>>, E>,
 ) -> Result<(Vec<f64>, DMatrix<f64>), E> {
     let n = x.len();
-    let mut seeds: Vec<Dual8> = x.iter().map(|&v| Dual8::from_re(v)).collect();
+    let mut seeds: Vec<DualSVec64<N>> = x.iter().map(|&v| DualSVec64::<N>::from_re(v)).collect();
     let mut value = Vec::new();
     let mut jac = DMatrix::zeros(0, n);
     let mut start = 0;
     loop {
-        let end = (start + 8).min(n);
+        let end = (start + N).min(n);
         for (k, seed) in seeds[start..end].iter_mut().enumerate() {
-            *seed = Dual8::from_re(seed.re).derivative(k);
+            *seed = DualSVec64::<N>::from_re(seed.re).derivative(k);
         }
         let y = f(&seeds)?;
         if start == 0 {
@@ -57,13 +75,13 @@ pub fn jacobian<E>(
             jac = DMatrix::zeros(y.len(), n);
         }
         for (row, d) in y.iter().enumerate() {
-            let eps = d.eps.unwrap_generic(Const::<8>, U1);
+            let eps = d.eps.unwrap_generic(Const::<N>, U1);
             for column in start..end {
                 jac[(row, column)] = eps[column - start];
             }
         }
         for seed in &mut seeds[start..end] {
-            *seed = Dual8::from_re(seed.re);
+            *seed = DualSVec64::<N>::from_re(seed.re);
         }
         start = end;
         if start >= n {

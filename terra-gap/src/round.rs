@@ -1,0 +1,181 @@
+//! All fits of effects under one noise, and the noise renewed where the nominal law is far from the data.
+//!
+//! Noise of the inputs (slip!) reaches the values through the law's slopes. Where a large effect is missing, the re-fitted
+//! nominal law has other slopes than the truth, so the noise is taken at the best explanation and all are weighed anew.
+
+use crate::candidates::Candidates;
+use crate::confirm::{Asked, confirm_pairs, confirm_singles, screen_all};
+use crate::dataset::{DataSet, Predictor};
+use crate::error::GapError;
+use crate::fit::{Fit, residual};
+use crate::hypothesis::Hypothesis;
+use crate::noise::{NoiseModel, Whitener};
+use crate::roughness;
+use crate::settings::{LogKind, Settings};
+use crate::setup::{Screened, Setup};
+use crate::structures::{Structures, weigh_structures};
+use crate::weigh::{Amplitudes, Weighed, weigh};
+
+/// Gain \[nats\] of an explanation over the one that the noise was taken at, above which the noise is taken anew.
+const RENEW_FROM: f64 = 20.0;
+/// How often.
+const RENEWALS: usize = 2;
+
+/// What was weighed under one noise.
+pub(crate) struct Round {
+    pub noise: NoiseModel,
+    pub plain: Whitener,
+    pub levels: Amplitudes,
+    pub null_weighed: Weighed,
+    pub screen: Vec<Screened>,
+    pub singles: Vec<(usize, Vec<Weighed>)>,
+    pub pairs: Vec<Weighed>,
+    pub not_asked: Vec<(String, String)>,
+    /// Other structures, where effects are weighed under them.
+    pub found: Structures,
+    /// ln Z of the explanation that the noise was taken at.
+    base: f64,
+}
+
+/// What does not change from round to round.
+pub(crate) struct Common<'a, 'b, P> {
+    pub predictor: &'a P,
+    pub setup: &'a Setup<'b>,
+    pub settings: &'a Settings,
+    pub candidates: &'a Candidates,
+    pub null: &'a Hypothesis,
+}
+
+/// Weighs the effects, renewing the noise of a drive as often as needed.
+///
+/// # Errors
+/// Where the nominal law has no answer.
+pub(crate) fn settle<P: Predictor>(
+    data: &mut DataSet,
+    common: &Common<'_, '_, P>,
+    fitted: &Fit,
+    noise: NoiseModel,
+) -> Result<Round, GapError> {
+    let mut round = Round::new(data, common, fitted, noise, "", None)?;
+    for renewal in 1..=RENEWALS {
+        let Some(better) = round.better(common.setup.kind) else {
+            break;
+        };
+        let (h, x) = (better.hypothesis.clone(), better.plain.x.clone());
+        let mut noise = NoiseModel::propagate(data, common.predictor, &h, x.as_slice())?;
+        let r = residual(data, common.predictor, &h, x.as_slice())?;
+        roughness::add(&mut noise, data, common.setup.rover, &r);
+        let last = renewal == RENEWALS;
+        let at = h.effect_name();
+        round = Round::new(data, common, fitted, noise, &at, Some((&round, last)))?;
+    }
+    Ok(round)
+}
+
+impl Round {
+    /// `at`: the effects at whose fit the noise was taken. Pairs wait until the singles ask for no other noise, or for the
+    /// last round. `previous`: the round before, and whether this is the last.
+    fn new<P: Predictor>(
+        data: &DataSet,
+        common: &Common<'_, '_, P>,
+        fitted: &Fit,
+        noise: NoiseModel,
+        at: &str,
+        previous: Option<(&Round, bool)>,
+    ) -> Result<Self, GapError> {
+        let Common {
+            predictor,
+            setup,
+            settings,
+            candidates,
+            null,
+        } = *common;
+        let plain = noise.whitener(data)?;
+        let levels = Amplitudes::new(&noise, data, setup.kind)?;
+        let mut starts = vec![fitted.x.as_slice().to_vec()];
+        if setup.kind == LogKind::Rig {
+            starts.push(vec![0.0; null.len()]);
+        }
+        let null_weighed = weigh(data, predictor, null, &levels, &starts, None)?;
+        let mut not_asked = candidates.not_asked.clone();
+        let (screen, asked): (_, Asked) = screen_all(
+            data,
+            predictor,
+            null,
+            &null_weighed.fit,
+            &candidates.effects,
+            &plain,
+            &mut not_asked,
+        );
+        // On a rig effects are weighed under other structures too; a drive's structures must measure up to its effects first.
+        let found = match setup.kind {
+            LogKind::Rig => weigh_structures(data, predictor, setup, &noise, &levels, &[])?,
+            LogKind::Drive | LogKind::Kinematic => Structures::default(),
+        };
+        let singles = confirm_singles(
+            data,
+            predictor,
+            setup,
+            null,
+            &null_weighed,
+            &found.weighed,
+            &levels,
+            &screen,
+            &asked,
+            previous.map(|p| p.0),
+        );
+        let mut round = Round {
+            base: null_weighed.log_evidence,
+            noise,
+            plain,
+            levels,
+            null_weighed,
+            screen,
+            singles,
+            pairs: vec![],
+            not_asked,
+            found,
+        };
+        round.base = round.evidence_of(at);
+        if settings.combine >= 2
+            && (previous.is_some_and(|p| p.1) || round.better(setup.kind).is_none())
+        {
+            round.pairs = confirm_pairs(
+                data,
+                predictor,
+                null,
+                &round.levels,
+                &round.null_weighed,
+                &round.screen,
+                &round.singles,
+                &asked,
+                &round.plain,
+                setup.kind,
+            );
+            round.base = round.evidence_of(at);
+        }
+        Ok(round)
+    }
+
+    fn all(&self) -> impl Iterator<Item = &Weighed> {
+        let singles = self.singles.iter().flat_map(|(_, w)| w);
+        singles.chain(&self.pairs)
+    }
+
+    /// ln Z of these effects, in their best form; of the nominal law where they were not weighed.
+    fn evidence_of(&self, effects: &str) -> f64 {
+        let of = self.all().filter(|w| w.hypothesis.effect_name() == effects);
+        of.map(|w| w.log_evidence)
+            .max_by(f64::total_cmp)
+            .unwrap_or(self.null_weighed.log_evidence)
+    }
+
+    /// The best explanation of a drive, where it is far better than the one that the noise was taken at.
+    fn better(&self, kind: LogKind) -> Option<&Weighed> {
+        let best = self
+            .all()
+            .max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence))?;
+        let far = best.log_evidence - self.base > RENEW_FROM;
+        (kind == LogKind::Drive && far).then_some(best)
+    }
+}
