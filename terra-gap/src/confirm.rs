@@ -36,6 +36,8 @@ const CONFIRM_AT_LEAST_LARGE: (usize, f64) = (9, 50.0);
 const FAR_SOIL: f64 = 3.0;
 /// Misfit per value above which it does.
 const FAR_FIT: f64 = 1.3;
+/// How many of the best singles, and of the best pairs.
+const ANEW: usize = 3;
 /// Pairs confirmed because the tangent at the nominal fit ranks them first among all pairs.
 const PAIRS_BY_SCREEN: usize = 4;
 /// Effects that get partners, on a rig.
@@ -182,7 +184,7 @@ pub(crate) fn confirm_singles<P: Predictor>(
         .collect();
     others.sort_by(|a, b| b.log_evidence.total_cmp(&a.log_evidence));
     others.truncate(STRUCTURES);
-    confirmed
+    let mut singles: Vec<(usize, Vec<Weighed>)> = confirmed
         .par_iter()
         .enumerate()
         .filter_map(|(rank, &k)| {
@@ -221,18 +223,20 @@ pub(crate) fn confirm_singles<P: Predictor>(
                     let guess = (setup.kind == LogKind::Drive)
                         .then(|| screen[k].score.beside(&null_weighed.plain.jacobian));
                     let found = weigh(data, predictor, &h, levels, &starts, guess).ok()?;
-                    let again = [
-                        far_start(&**effect, &found, setup.kind),
-                        fresh_start(&found, base.len(), setup.kind),
-                    ];
-                    Some(better_of(found, again, |start| {
+                    let far = far_start(&**effect, &found, setup.kind);
+                    Some(better_of(found, far, |start| {
                         weigh(data, predictor, &h, levels, &[start], None).ok()
                     }))
                 })
                 .collect();
             (!weighed.is_empty()).then_some((k, weighed))
         })
-        .collect()
+        .collect();
+    if setup.kind == LogKind::Drive {
+        let mut all: Vec<&mut Weighed> = singles.iter_mut().flat_map(|(_, w)| w).collect();
+        start_anew(data, predictor, levels, null.len(), &mut all);
+    }
+    singles
 }
 
 /// The rival as the screen has it: the law replaced by its tangent at the nominal fit.
@@ -275,10 +279,10 @@ fn far_start(effect: &dyn AnyEffect, found: &Weighed, kind: LogKind) -> Option<V
 
 /// The prior centre of the soil as another start, where a drive's fit ended at a soil that is hard to believe or far from the
 /// data: fits go on from the nominal law's own, which a missing effect may have driven into a corner.
-fn fresh_start(found: &Weighed, soil: usize, kind: LogKind) -> Option<Vec<f64>> {
+fn fresh_start(found: &Weighed, soil: usize) -> Option<Vec<f64>> {
     let x = &found.plain.x;
     let moved = x.iter().take(soil).any(|q| q.abs() > FAR_SOIL);
-    if kind != LogKind::Drive || !(moved || found.chi2_per_value() > FAR_FIT) {
+    if !(moved || found.chi2_per_value() > FAR_FIT) {
         return None;
     }
     let size = |s: f64| {
@@ -296,15 +300,32 @@ fn fresh_start(found: &Weighed, soil: usize, kind: LogKind) -> Option<Vec<f64>> 
     )
 }
 
+/// Fits the best explanations anew from there.
+fn start_anew<P: Predictor>(
+    data: &DataSet,
+    predictor: &P,
+    levels: &Amplitudes,
+    soil: usize,
+    all: &mut [&mut Weighed],
+) {
+    all.sort_by(|a, b| b.log_evidence.total_cmp(&a.log_evidence));
+    all.par_iter_mut().take(ANEW).for_each(|w| {
+        let h = w.hypothesis.clone();
+        let found = better_of(w.clone(), fresh_start(w, soil), |start| {
+            weigh(data, predictor, &h, levels, &[start], None).ok()
+        });
+        **w = found;
+    });
+}
+
 /// The best of a fit and those from other starts.
 fn better_of(
     found: Weighed,
-    starts: impl IntoIterator<Item = Option<Vec<f64>>>,
+    starts: impl IntoIterator<Item = Vec<f64>>,
     weigh: impl Fn(Vec<f64>) -> Option<Weighed>,
 ) -> Weighed {
     starts
         .into_iter()
-        .flatten()
         .filter_map(weigh)
         .fold(found, |best, other| {
             if other.log_evidence > best.log_evidence {
@@ -449,7 +470,7 @@ pub(crate) fn confirm_pairs<P: Predictor>(
             unique.push((a, b, start, guess));
         }
     }
-    unique
+    let mut pairs: Vec<Weighed> = unique
         .into_par_iter()
         .filter_map(|(a, b, start, guess)| {
             let h = null
@@ -467,10 +488,6 @@ pub(crate) fn confirm_pairs<P: Predictor>(
             };
             let guess = (kind == LogKind::Drive).then_some(guess);
             let pair = weigh(data, predictor, &h, levels, &starts, guess).ok()?;
-            let fresh = fresh_start(&pair, null.len(), kind);
-            let pair = better_of(pair, [fresh], |start| {
-                weigh(data, predictor, &h, levels, &[start], None).ok()
-            });
             if kind == LogKind::Drive {
                 // How much a second cause must gain there is a matter of calibration.
                 return Some(pair);
@@ -488,5 +505,10 @@ pub(crate) fn confirm_pairs<P: Predictor>(
                 || pair.plain_log_evidence > alone(|w| w.plain_log_evidence) + SECOND_CAUSE_PLAIN;
             earned.then_some(pair)
         })
-        .collect()
+        .collect();
+    if kind == LogKind::Drive {
+        let mut all: Vec<&mut Weighed> = pairs.iter_mut().collect();
+        start_anew(data, predictor, levels, null.len(), &mut all);
+    }
+    pairs
 }

@@ -14,6 +14,9 @@ use crate::setup::Setup;
 /// Slip below which a row counts as braking for the second try: rows at zero slip scatter to both sides.
 const BRAKING: f64 = -0.05;
 
+/// Misfit per value from which a drive's re-fit is far from the data.
+const FAR: f64 = 2.0;
+
 /// Re-fits the nominal model. Returns the fit against the noise alone, that noise, and the whitened misfit of the model as
 /// given; `None` when no fit converges.
 ///
@@ -52,7 +55,8 @@ pub(crate) fn refit<P: Predictor>(
     Ok(found.0.converged.then_some(found))
 }
 
-/// The noise depends on the slopes of the model, the model on the noise: two rounds settle it.
+/// The noise depends on the slopes of the model, the model on the noise: two rounds settle it. Where a drive's re-fit stays far
+/// from the data its slopes are not the truth's either, and those of the prior centre stand until there is an explanation.
 fn settle<P: Predictor>(
     data: &mut DataSet,
     predictor: &P,
@@ -67,9 +71,12 @@ fn settle<P: Predictor>(
         .norm_squared();
     let starts = starts_of(null, setup.kind);
     let mut fitted = fit_from(data, predictor, null, &noise.whitener(data)?, &starts, None)?;
+    let n = data.len() as f64;
     for _ in 0..2 {
         let x = fitted.x.as_slice().to_vec();
-        noise = NoiseModel::propagate(data, predictor, null, &x)?;
+        let far = setup.kind == LogKind::Drive && fitted.chi2() > FAR * n;
+        let at = if far { &centre } else { &x };
+        noise = NoiseModel::propagate(data, predictor, null, at)?;
         if setup.kind == LogKind::Drive {
             let r = residual(data, predictor, null, &x)?;
             roughness::add(&mut noise, data, setup.rover, &r);

@@ -23,6 +23,8 @@ const BENDS: f64 = 4.0;
 const SLIP_CHANGE: f64 = 0.03;
 /// Time over which the ground's roughness stays alike \[s\]: tens of ms.
 const CORRELATION: f64 = 0.05;
+/// Jump of the speed, in its noise, that begins a run of its own.
+const JUMP: f64 = 3.5;
 /// Channels whose scatter is looked at: four torques, a_x, v, r, four ω.
 const SERIES: usize = 11;
 
@@ -66,6 +68,13 @@ pub(crate) fn line(
         slope_sd: sd / stt.sqrt(),
         scatter: if sd > 0.0 { square / (sd * sd) } else { 0.0 },
     })
+}
+
+/// True where the speed jumps as no vehicle does from one row to the next: a run of its own begins, on its own ground.
+fn begins_anew(speed: &Series, row: usize, sd: f64) -> bool {
+    let before = row.checked_sub(1).and_then(|r| speed.get(r));
+    let jump = before.zip(speed.get(row)).map(|(a, b)| (b - a).abs());
+    jump.is_some_and(|jump| jump > JUMP * sd * std::f64::consts::SQRT_2)
 }
 
 /// Turns a drive log into windows and their predictor.
@@ -149,6 +158,9 @@ pub(crate) fn from_log(
     let mut path = 0.0;
     for segment in &log.segments {
         let mut start = segment.rows.start;
+        if begins_anew(ground_speed, start, speed_sd) {
+            path = 0.0;
+        }
         let mut first = true;
         while start < segment.rows.end {
             let t0 = log.time[start];
