@@ -281,6 +281,10 @@ fn forms_of_one_name_share_a_law() {
     let (f, jac) = law.jacobian(&[soil(), vec![0.0; 3]].concat(), &at).unwrap();
     assert_eq!(f.drawbar_pull.to_bits(), plain.drawbar_pull.to_bits());
     for k in 8..11 {
-        assert!(jac[(2, k)] > 0.0, "every form sinks deeper: {}", jac[(2, k)]);
+        assert!(
+            jac[(2, k)] > 0.0,
+            "every form sinks deeper: {}",
+            jac[(2, k)]
+        );
     }
 }
