@@ -18,7 +18,7 @@
 
 use crate::contact::{Contact, Hook};
 use crate::error::ModelError;
-use crate::forces::{Angles, Flags, StressPoint, StressProfile, WheelForces};
+use crate::forces::{Angles, Contributions, Flags, StressPoint, StressProfile, WheelForces};
 use crate::model::{ForceSlopes, Soil, TerrainModel};
 use crate::models::WongReece;
 use crate::models::bekker::{self, Ground};
@@ -221,34 +221,20 @@ impl TerrainModel for BrakedTwoZone {
         p: &[T],
         at: &Contact<T>,
     ) -> Result<WheelForces<T>, ModelError> {
-        if !at.slip.primal().any_lt(T::Primal::zero()) {
+        let zero = T::Primal::zero();
+        if !at.slip.primal().any_lt(zero) {
             return WongReece.wheel_forces(p, at);
         }
-        let wheel = Wheel::read(p, at)?;
-        let entry = wheel.entry(at)?;
-        let sums = wheel.sums(entry);
-        let places = wheel.places(entry);
-        let area = wheel.radius * wheel.width;
-        let mut forces = WheelForces::from_thrust(
-            sums.thrust * area,
-            sums.compaction * area,
-            sums.turning * area * wheel.arm,
-        );
-        let (half, _) = (entry * 0.5).sin_cos();
-        let sinkage = wheel.radius * half.squared() * 2.0;
-        forces.sinkage = Some(sinkage);
-        forces.angles = Some(Angles {
-            entry,
-            exit: T::zero(),
-            max_stress: places.apex,
-        });
-        let braking = at.slip.primal().any_lt(T::Primal::zero());
-        forces.flags = Flags {
-            braking,
-            apex_limited: braking && (entry * LARGEST).primal().any_lt(wheel.meeting.primal()),
-            deep_sinkage: (at.radius * 0.5).primal().any_lt(sinkage.primal()),
+        let braked = braked_forces(p, at)?;
+        if at.slip.primal().max_lane() < 0.0 {
+            return Ok(braked);
+        }
+        // Lanes of both kinds.
+        let driven = Contact {
+            slip: at.slip.max_of(T::zero()),
+            ..*at
         };
-        Ok(forces)
+        Ok(either(at.slip, braked, WongReece.wheel_forces(p, &driven)?))
     }
 
     fn slopes(&self, p: &[f64], at: &Contact<f64>) -> Result<Option<ForceSlopes>, ModelError> {
@@ -286,6 +272,64 @@ impl TerrainModel for BrakedTwoZone {
                 }
             },
         )))
+    }
+}
+
+/// Forces of a braked wheel; a driven one's to the accuracy of this quadrature.
+fn braked_forces<T: Real>(p: &[T], at: &Contact<T>) -> Result<WheelForces<T>, ModelError> {
+    let wheel = Wheel::read(p, at)?;
+    let entry = wheel.entry(at)?;
+    let sums = wheel.sums(entry);
+    let places = wheel.places(entry);
+    let area = wheel.radius * wheel.width;
+    let mut forces = WheelForces::from_thrust(
+        sums.thrust * area,
+        sums.compaction * area,
+        sums.turning * area * wheel.arm,
+    );
+    let (half, _) = (entry * 0.5).sin_cos();
+    let sinkage = wheel.radius * half.squared() * 2.0;
+    forces.sinkage = Some(sinkage);
+    forces.angles = Some(Angles {
+        entry,
+        exit: T::zero(),
+        max_stress: places.apex,
+    });
+    let braking = at.slip.primal().any_lt(T::Primal::zero());
+    forces.flags = Flags {
+        braking,
+        apex_limited: braking && (entry * LARGEST).primal().any_lt(wheel.meeting.primal()),
+        deep_sinkage: (at.radius * 0.5).primal().any_lt(sinkage.primal()),
+    };
+    Ok(forces)
+}
+
+/// Each lane of one or the other.
+fn either<T: Real>(slip: T, braked: WheelForces<T>, driven: WheelForces<T>) -> WheelForces<T> {
+    let zero = T::zero();
+    let pick = |a: T, b: T| slip.select_lt(zero, a, b);
+    let both = |a: Option<T>, b: Option<T>| a.zip(b).map(|(a, b)| pick(a, b));
+    let (a, b) = (braked.parts, driven.parts);
+    WheelForces {
+        drawbar_pull: pick(braked.drawbar_pull, driven.drawbar_pull),
+        resistive_torque: pick(braked.resistive_torque, driven.resistive_torque),
+        lateral_force: pick(braked.lateral_force, driven.lateral_force),
+        sinkage: both(braked.sinkage, driven.sinkage),
+        angles: braked.angles.zip(driven.angles).map(|(a, b)| Angles {
+            entry: pick(a.entry, b.entry),
+            exit: pick(a.exit, b.exit),
+            max_stress: pick(a.max_stress, b.max_stress),
+        }),
+        parts: Contributions {
+            thrust: pick(a.thrust, b.thrust),
+            compaction_resistance: pick(a.compaction_resistance, b.compaction_resistance),
+            bulldozing_resistance: pick(a.bulldozing_resistance, b.bulldozing_resistance),
+            other: pick(a.other, b.other),
+        },
+        flags: Flags {
+            deep_sinkage: braked.flags.deep_sinkage || driven.flags.deep_sinkage,
+            ..braked.flags
+        },
     }
 }
 
