@@ -52,11 +52,8 @@ pub struct Library {
 
 impl Library {
     /// Everything terra ships, and what the truth simulation has beside the library.
-    ///
-    /// Other forms that the library registers beside a default are known to a diagnosis, and so no variants.
     pub fn builtin() -> Self {
         let mut library = Library::new(Registry::builtin());
-        library.form_variants.clear();
         for row in terra_sim::off_library() {
             library.off_library.push(Known::of_truth(row));
             library.truth_only.push(row);
@@ -68,19 +65,12 @@ impl Library {
         library
     }
 
-    /// The effects of a registry; its second and later forms of a name are variants.
+    /// The effects of a registry. A diagnosis knows all their forms, so that none of them is a variant.
     pub fn new(registry: Registry) -> Self {
-        let mut seen = BTreeSet::new();
-        let form_variants = registry
-            .effects()
-            .iter()
-            .filter(|e| !seen.insert(e.name()))
-            .map(|e| Known::of(&**e))
-            .collect();
         Library {
             registry,
             off_library: vec![],
-            form_variants,
+            form_variants: vec![],
             truth_only: vec![],
         }
     }
