@@ -319,3 +319,213 @@ fn stacked(blocks: &[DMatrix<f64>], columns: usize) -> DMatrix<f64> {
     }
     all
 }
+
+#[cfg(test)]
+mod tests {
+    use terra_model::{Registry, catalogue};
+
+    use super::*;
+    use crate::identifiability::identifiability;
+    use crate::prior::{Centre, Priors};
+    use crate::profile::profiles;
+
+    fn law() -> Law {
+        Registry::builtin().law("wong-reece").unwrap()
+    }
+
+    fn space(law: &Law, id: &str, widths: &[f64]) -> FitSpace {
+        let terrain = catalogue::find(id).unwrap();
+        FitSpace::new(law, Centre::Terrain(terrain), widths, &Priors::default()).unwrap()
+    }
+
+    fn sweep(loads: &[f64], width: f64) -> Vec<Contact<f64>> {
+        let slips = [0.05, 0.2, 0.35, 0.5, 0.65, 0.8];
+        loads
+            .iter()
+            .flat_map(|w| slips.map(|s| Contact::new(s, *w, 0.254, width)))
+            .collect()
+    }
+
+    const NOISE: DesignNoise = DesignNoise {
+        drawbar_pull: Some(0.5),
+        torque: Some(0.1),
+        sinkage: None,
+        slip: 0.0,
+        normal_load: 0.0,
+    };
+
+    /// J has no column that two widths would need: one width knows the sum alone, two know both, and a second load adds
+    /// what one load cannot tell.
+    #[test]
+    fn widths_and_loads_lift_the_rank() {
+        let law = law();
+        let rank = |loads: &[f64], widths: &[f64]| {
+            let space = space(&law, "dry_sand", widths);
+            let design = Design::new(&law, &space, NOISE).unwrap();
+            let rows: Vec<_> = widths.iter().flat_map(|b| sweep(loads, *b)).collect();
+            let q = vec![0.0; space.dim()];
+            let (jac, infeasible) = design.jacobian(&q, &rows).unwrap();
+            assert_eq!((jac.nrows(), infeasible), (2 * rows.len(), 0));
+            identifiability(&space, &q, &jac).unwrap()
+        };
+        let one = rank(&[245.25], &[0.15]);
+        let loads = rank(&[150.0, 450.0], &[0.15]);
+        let widths = rank(&[150.0, 450.0], &[0.1, 0.2]);
+        assert_eq!(one.rank, 5, "{:?}", one.undetermined);
+        assert!(loads.rank > one.rank);
+        let sum = "k_c, k_phi only through k_c/b + k_phi";
+        assert!(one.undetermined.iter().any(|u| u == sum));
+        assert!(widths.undetermined.iter().all(|u| u != sum));
+        let names = ["cohesion", "friction_angle"];
+        let trade = one
+            .undetermined
+            .iter()
+            .any(|u| names.iter().all(|n| u.contains(n)));
+        assert!(
+            trade,
+            "c and φ trade off at one load: {:?}",
+            one.undetermined
+        );
+    }
+
+    /// With one channel and exact inputs: (D_a - D_b)²/(2 sd²).
+    #[test]
+    fn separation_is_half_the_squared_distance() {
+        let law = law();
+        let of = |id: &str| {
+            catalogue::find(id)
+                .unwrap()
+                .parameters(law.model())
+                .unwrap()
+        };
+        let at = Contact::new(0.3, 245.25, 0.254, 0.15);
+        let noise = DesignNoise {
+            torque: None,
+            ..NOISE
+        };
+        let (a, b) = (of("dry_sand"), of("lean_clay_22"));
+        let apart =
+            law.forces(&a, &at).unwrap().drawbar_pull - law.forces(&b, &at).unwrap().drawbar_pull;
+        let nats = separation(&law, &noise, [&a, &b], &at).unwrap();
+        assert!((nats / (0.5 * (apart / 0.5).powi(2)) - 1.0).abs() < 1e-12);
+        // Slip that is only known to .02 tells less.
+        let blurred = DesignNoise {
+            slip: 0.02,
+            ..noise
+        };
+        assert!(separation(&law, &blurred, [&a, &b], &at).unwrap() < nats);
+        // Snow at a load it cannot carry at high slip, which sand can.
+        let at = Contact::new(0.9, 245.25, 0.254, 0.15);
+        let snow = of("snow_us_harrison_1");
+        assert_eq!(
+            separation(&law, &noise, [&a, &snow], &at).unwrap(),
+            ONE_CANNOT
+        );
+    }
+
+    /// The chosen row is the one with the largest determinant of all, by brute force.
+    #[test]
+    fn the_first_further_row_has_the_largest_determinant() {
+        let law = law();
+        let space = space(&law, "upland_sandy_loam", &[0.15]);
+        let design = Design::new(&law, &space, NOISE).unwrap();
+        let q = vec![0.0; space.dim()];
+        let rows = sweep(&[245.25], 0.15);
+        let candidates = sweep(&[120.0, 500.0], 0.15);
+        let ln_det = |rows: &[Contact<f64>]| {
+            let (j, _) = design.jacobian(&q, rows).unwrap();
+            let n = space.dim();
+            (DMatrix::identity(n, n) + j.transpose() * j)
+                .determinant()
+                .ln()
+        };
+        let gains: Vec<f64> = candidates
+            .iter()
+            .map(|c| 0.5 * (ln_det(&[rows.clone(), vec![*c]].concat()) - ln_det(&rows)))
+            .collect();
+        let chosen = design.more_rows(&q, &rows, &candidates, 2).unwrap();
+        let best = gains.iter().copied().fold(0.0, f64::max);
+        assert!((chosen[0].nats - best).abs() < 1e-6 * best);
+        assert!((gains[chosen[0].candidate] - best).abs() < 1e-12);
+        assert!(chosen[1].nats <= chosen[0].nats);
+    }
+
+    /// Pairs at 0 and 1 nat: the row worth (2, 0) lifts the worst to 1, the row worth (1, 1) as well but no further, and then
+    /// the other follows.
+    #[test]
+    fn separating_rows_lift_the_worst_pair() {
+        let table = DMatrix::from_row_slice(2, 3, &[2.0, 1.0, 0.0, 0.0, 1.5, 9.0]);
+        let chosen = separating_rows(&[0.0, 1.0], &table, 2);
+        assert_eq!((chosen[0].candidate, chosen[0].nats), (0, 1.0));
+        assert_eq!((chosen[1].candidate, chosen[1].nats), (1, 2.5));
+    }
+
+    /// Nearly linear in a narrow interval: the profile's ends are ± 1.96 sqrt((JᵀJ)⁻¹_kk).
+    #[test]
+    fn profiles_are_those_of_the_information_where_it_is_whole() {
+        let law = law();
+        let space = space(&law, "dry_sand", &[0.15]);
+        let noise = DesignNoise {
+            drawbar_pull: Some(5e-3),
+            torque: Some(1e-3),
+            sinkage: Some(1e-5),
+            ..NOISE
+        };
+        let design = Design::new(&law, &space, noise).unwrap();
+        let q = vec![0.0; space.dim()];
+        let rows = sweep(&[150.0, 450.0], 0.15);
+        let (jac, _) = design.jacobian(&q, &rows).unwrap();
+        let covariance = (jac.transpose() * &jac).try_inverse().unwrap();
+        let truth = space.physical(&q);
+        for (k, profile) in profiles(&design, &q, &rows).unwrap().iter().enumerate() {
+            let mut end = q.clone();
+            end[k] = 1.959_964 * covariance[(k, k)].sqrt();
+            let expected = space.physical(&end)[k] - truth[k];
+            for found in [
+                profile.high.unwrap() - truth[k],
+                truth[k] - profile.low.unwrap(),
+            ] {
+                assert!(
+                    (found / expected - 1.0).abs() < 0.03,
+                    "{}: {found} {expected}",
+                    profile.name
+                );
+            }
+            assert!(profile.points.windows(2).all(|w| w[0].0 < w[1].0));
+        }
+        // One slip at one load sees two numbers of seven: no parameter has both ends.
+        let open = profiles(&design, &q, &rows[..1]).unwrap();
+        assert!(open.iter().all(|p| p.low.is_none() || p.high.is_none()));
+    }
+
+    #[test]
+    fn noise_that_is_none_is_refused() {
+        let law = law();
+        let space = space(&law, "dry_sand", &[0.15]);
+        for noise in [
+            DesignNoise::default(),
+            DesignNoise {
+                drawbar_pull: Some(0.0),
+                ..NOISE
+            },
+            DesignNoise {
+                slip: f64::NAN,
+                ..NOISE
+            },
+        ] {
+            assert!(Design::new(&law, &space, noise).is_err(), "{noise:?}");
+        }
+        let hard = Registry::builtin().law("hard-ground").unwrap();
+        let p = hard.model().typical_parameters().remove(0);
+        let centre = Centre::Parameters(&p);
+        let space = FitSpace::new(&hard, centre, &[0.15], &Priors::default()).unwrap();
+        let noise = DesignNoise {
+            sinkage: Some(1e-3),
+            ..NOISE
+        };
+        let design = Design::new(&hard, &space, noise).unwrap();
+        let q = vec![0.0; space.dim()];
+        let refused = design.jacobian(&q, &sweep(&[245.25], 0.15));
+        assert!(matches!(refused, Err(EstimatorError::NoSinkage { .. })));
+    }
+}

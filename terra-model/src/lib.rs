@@ -71,7 +71,7 @@ pub use error::ModelError;
 pub use forces::{Angles, Contributions, Flags, StressPoint, StressProfile, WheelForces};
 pub use lanes::{Lanes, Lanes32, Vector};
 pub use law::{ForceLaw, Law, Scalar};
-pub use maps::{ForceMap, MapError, MapRange, MapSlopes};
+pub use maps::{BicubicMap, ForceMap, MapError, MapRange, MapSlopes};
 pub use model::{AnyModel, ForceSlopes, ModelAt, Soil, TerrainModel};
 pub use names::nearest;
 pub use param::{Param, Scale};

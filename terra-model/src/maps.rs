@@ -45,6 +45,10 @@ pub struct MapSlopes {
     pub by_load: [f64; 2],
 }
 
+mod bicubic;
+
+pub use bicubic::BicubicMap;
+
 /// Nodes in load: three vectors of eight, of which the last may be padded.
 const LOADS: usize = 24;
 const CHUNKS: usize = LOADS / 8;
@@ -106,23 +110,9 @@ impl ForceMap {
         width: f64,
         nodes: (usize, usize),
     ) -> Result<Self, ModelError> {
-        range.check()?;
         let (slips, loads) = (nodes.0.clamp(2, LOADS), nodes.1.clamp(2, LOADS));
-        let slip_nodes: Vec<f64> = (0..slips)
-            .map(|k| range.slip_at(chebyshev(k, slips)))
-            .collect();
-        let (top, limited) = tops(law, p, &range, &slip_nodes, radius, width)?;
-        let mut map = ForceMap {
-            range,
-            radius,
-            top,
-            limited,
-            rows: vec![[[Lanes::zero(); CHUNKS]; 2]; slips],
-            error: MapError {
-                max: f64::INFINITY,
-                median: f64::INFINITY,
-            },
-        };
+        let (mut map, slip_nodes) = Self::bare(law, p, range, radius, width, slips)?;
+        map.rows = vec![[[Lanes::zero(); CHUNKS]; 2]; slips];
         let load_nodes: Vec<f64> = (0..loads).map(|k| chebyshev(k, loads)).collect();
         let (at, values) = map.solve(law, p, width, &slip_nodes, &load_nodes)?;
         // Values at nodes to coefficients, first along the load, then along the slip.
@@ -149,6 +139,34 @@ impl ForceMap {
         }
         map.error = map.measured(law, p, width, slips, loads)?;
         Ok(map)
+    }
+
+    /// Where slips and loads lie in a map, without values, and its nodes in slip.
+    fn bare(
+        law: &Law,
+        p: &[f64],
+        range: MapRange,
+        radius: f64,
+        width: f64,
+        slips: usize,
+    ) -> Result<(Self, Vec<f64>), ModelError> {
+        range.check()?;
+        let slip_nodes: Vec<f64> = (0..slips)
+            .map(|k| range.slip_at(chebyshev(k, slips)))
+            .collect();
+        let (top, limited) = tops(law, p, &range, &slip_nodes, radius, width)?;
+        let map = ForceMap {
+            range,
+            radius,
+            top,
+            limited,
+            rows: vec![],
+            error: MapError {
+                max: f64::INFINITY,
+                median: f64::INFINITY,
+            },
+        };
+        Ok((map, slip_nodes))
     }
 
     /// The error found when it was built.
@@ -193,7 +211,6 @@ impl ForceMap {
     /// As [`ForceMap::forces`].
     pub fn slopes(&self, slip: f64, normal_load: f64) -> Result<MapSlopes, ModelError> {
         let (s, x, top) = self.place(slip, normal_load)?;
-        let (low, (high, high_slope)) = (self.range.normal_load.0.ln(), top);
         let over_load = polynomials(x);
         let over_load_slope = polynomial_slopes(x);
         let mut sums = [[[Lanes::zero(); CHUNKS]; 2]; 2];
@@ -212,11 +229,7 @@ impl ForceMap {
             );
             (before, now) = (now, next);
         }
-        // x = 2 (ln W - low)/(high(s) - low) - 1
-        let span = high - low;
-        let s_rate = 2.0 / (self.range.slip.1 - self.range.slip.0);
-        let x_by_slip = -(x + 1.0) * high_slope * s_rate / span;
-        let x_by_load = 2.0 / (span * normal_load);
+        let [s_rate, x_by_slip, x_by_load] = self.rates(x, top, normal_load);
         let mut found = MapSlopes {
             forces: [0.0; 2],
             by_slip: [0.0; 2],
@@ -233,6 +246,18 @@ impl ForceMap {
             found.by_load[output] = share * arm + by_x * x_by_load * scale;
         }
         Ok(found)
+    }
+
+    /// Slopes of the scaled slip by slip, and of the scaled load by slip and by load.
+    fn rates(&self, x: f64, (high, high_slope): (f64, f64), normal_load: f64) -> [f64; 3] {
+        // x = 2 (ln W - low)/(high(s) - low) - 1
+        let span = high - self.range.normal_load.0.ln();
+        let s_rate = 2.0 / (self.range.slip.1 - self.range.slip.0);
+        [
+            s_rate,
+            -(x + 1.0) * high_slope * s_rate / span,
+            2.0 / (span * normal_load),
+        ]
     }
 
     /// Scaled slip and load, and ln of the top with its slope; an error outside.
@@ -316,10 +341,24 @@ impl ForceMap {
         let slips: Vec<f64> = between(slips).map(|x| self.range.slip_at(x)).collect();
         let loads: Vec<f64> = between(loads).collect();
         let (at, values) = self.solve(law, p, width, &slips, &loads)?;
+        MapError::between(&at, &values, self.radius, |slip, load| {
+            self.forces(slip, load)
+        })
+    }
+}
+
+impl MapError {
+    /// Of a map against pull and torque at some slips and loads.
+    fn between(
+        at: &[(f64, f64)],
+        truth: &[[f64; 2]],
+        radius: f64,
+        map: impl Fn(f64, f64) -> Result<[f64; 2], ModelError>,
+    ) -> Result<Self, ModelError> {
         let mut errors = Vec::with_capacity(at.len());
-        for ((slip, load), [pull, torque]) in at.into_iter().zip(values) {
-            let [d, t] = self.forces(slip, load)?;
-            let scale = pull.abs() + torque.abs() / self.radius;
+        for (&(slip, load), [pull, torque]) in at.iter().zip(truth) {
+            let [d, t] = map(slip, load)?;
+            let scale = pull.abs() + torque.abs() / radius;
             let error = ((d - pull) / scale)
                 .abs()
                 .max(((t - torque) / torque).abs());

@@ -10,6 +10,7 @@ mod challenge;
 mod cite;
 mod demo;
 mod drive;
+mod identifiability;
 mod init;
 mod inspect;
 mod lists;

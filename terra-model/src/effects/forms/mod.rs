@@ -21,7 +21,7 @@ pub use multipass::{PackedStrength, Rut};
 pub use rate_stiffening::{RimSpeed, ShearRate};
 pub use rear_contact::{ElasticUnloading, EnergyReturn};
 pub use shear_hump::ResidualStrength;
-pub use slip_sinkage::{Excavation, InclinedLoad};
+pub use slip_sinkage::Excavation;
 pub use terrain_drift::{StrengthDrift, Undulating};
 pub use torque_droop::{Hyperbola, Knee};
 pub use wheel_compliance::SubstituteCircle;
@@ -59,7 +59,6 @@ fn compaction_work<T: Real>(soil: &Soil<T>, at: &Contact<T>, forces: &WheelForce
 pub(super) fn register(registry: Registry) -> Registry {
     registry
         .with_effect::<Excavation>()
-        .with_effect::<InclinedLoad>()
         .with_effect::<Rut>()
         .with_effect::<PackedStrength>()
         .with_effect::<BearingCapacity>()

@@ -1,6 +1,6 @@
-//! Other forms of slip-sinkage: soil dug away under the wheel, soil that bears less under an inclined load.
+//! Another form of slip-sinkage: soil dug away under the wheel.
 
-use crate::contact::{Contact, Hook};
+use crate::contact::Contact;
 use crate::effect::{Effect, Scope, Touch};
 use crate::effects::SlipSinkage;
 use crate::forces::WheelForces;
@@ -62,49 +62,5 @@ impl Effect for Excavation {
         forces.drawbar_pull -= force;
         forces.parts.other -= force;
         forces
-    }
-}
-
-/// Soil that is sheared bears less: k falls with the inclination of the load, which grows with slip.
-///
-/// # Equation
-/// k -> k (1 - 2 δ/π)^(2 e), δ = φ (1 - e^(-|s|/.2))
-///
-/// # Reference
-/// G. G. Meyerhof, 3rd Int. Conf. Soil Mech., 1953 (inclination factor (1 - δ/90°)²); δ mobilised with slip is
-/// chosen.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct InclinedLoad;
-
-impl Effect for InclinedLoad {
-    const NAME: &'static str = <SlipSinkage as Effect>::NAME;
-    const FORM: &'static str = "inclined-load";
-    const SUMMARY: &'static str = "soil that is sheared bears less: k falls with the inclination of the load, which grows with slip";
-    const PARAMS: &'static [Param] = &[Param {
-        name: "magnitude",
-        symbol: "e",
-        unit: "1",
-        min: 0.0,
-        max: 10.0,
-        scale: Scale::Linear,
-        prior_sd: 1.0,
-        doc: "power of the inclination factor",
-    }];
-    const REFERENCE: &'static str = "G. G. Meyerhof, 3rd Int. Conf. Soil Mech., 1953 (inclination factor (1 - δ/90°)²); δ mobilised with slip is chosen";
-    const NEEDS: &'static [Hook] = &[Hook::Stiffness];
-    const NEEDS_SOIL: &'static [&'static str] = &["friction_angle"];
-    const TOUCHES: &'static [Touch] = &[Touch::Contact];
-    const SCOPE: Scope = <SlipSinkage as Effect>::SCOPE;
-    const REGIME: &'static str = <SlipSinkage as Effect>::REGIME;
-    const ISOLATED_BY: &'static str = <SlipSinkage as Effect>::ISOLATED_BY;
-
-    fn before<T: Real>(&self, e: &[T], soil: &Soil<T>, mut at: Contact<T>) -> Contact<T> {
-        let Some(phi) = soil.friction_angle else {
-            return at;
-        };
-        let mobilised = -(-(at.slip.abs() * 5.0)).exp_m1();
-        let bears = T::one() - phi * mobilised * std::f64::consts::FRAC_2_PI;
-        at.hooks.stiffness *= bears.pow_pos(e[0] * 2.0);
-        at
     }
 }
