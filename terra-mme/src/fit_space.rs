@@ -107,6 +107,11 @@ impl FitSpace {
         })
     }
 
+    /// The law's parameters at the centre, `k_eq` split into k_c and k_phi as given.
+    pub fn start(&self) -> &[f64] {
+        &self.base
+    }
+
     /// Number of components of q.
     pub fn dim(&self) -> usize {
         self.components.len()

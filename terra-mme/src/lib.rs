@@ -41,9 +41,11 @@ mod observation;
 mod posterior;
 mod prediction;
 mod prior;
+mod random;
 mod refine;
 mod registry;
 mod residual;
+mod sets;
 mod split_load;
 mod sufficient;
 mod update;
@@ -78,6 +80,7 @@ pub use registry::{
     side_bank,
 };
 pub use residual::{Comparison, Residual, Scored, compare, score};
+pub use sets::{Axis, MOST_HYPOTHESES};
 pub use split_load::proportional_split;
 pub use sufficient::SufficientStatistics;
 pub use update::{bayes_step, weighted_means};

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use nalgebra::{DMatrix, DVector};
 use terra_data::{DriveLog, Rover};
 use terra_ekf::{Flag, Side, SideForces, SlipState, Tally, side_forces};
-use terra_mme::{AlarmRule, EstimatorInput, ForceObservation, Prewhitening};
+use terra_mme::{AlarmRule, EstimatorInput, ForceObservation, HypothesisSet, Prewhitening};
 use terra_model::catalogue::Terrain;
 use terra_model::{Contact, Registry, Vehicle};
 
@@ -34,16 +34,30 @@ pub fn identify_drive(
     terrains: &[Terrain],
     options: &IdentifyOptions,
 ) -> Result<Identification, CliError> {
-    let forces = forces(log, rover, &options.filter, false)?;
     let law = Arc::new(registry.law(&rover.terrain.model)?);
+    let set = HypothesisSet::from_terrains(&law, terrains)?;
+    identify_drive_among(log, rover, registry, &set, options)
+}
+
+/// As [`identify_drive`], among hypotheses of any laws.
+///
+/// # Errors
+/// As there.
+pub fn identify_drive_among(
+    log: &DriveLog,
+    rover: &Rover,
+    registry: &Registry,
+    set: &HypothesisSet,
+    options: &IdentifyOptions,
+) -> Result<Identification, CliError> {
+    let forces = forces(log, rover, &options.filter, false)?;
     let whitening = Some(Prewhitening::new(RHO, RHO_INTERVAL)?);
     let name = options
         .estimator
         .clone()
         .unwrap_or_else(|| "side-sum".to_owned());
     let job = Job {
-        law: &law,
-        terrains,
+        set,
         rover,
         options,
         estimator: &name,
@@ -53,7 +67,7 @@ pub fn identify_drive(
             ..AlarmRule::default()
         },
     };
-    let motion = Motion::new(log, rover, &law, terrains, &forces)?;
+    let motion = Motion::new(log, rover, set, &forces)?;
     let of_motion = terra_mme::estimators()
         .iter()
         .any(|e| e.name == name && e.input == EstimatorInput::Motion);
@@ -140,6 +154,7 @@ pub fn identify_drive(
         } else {
             vec![]
         },
+        near_duplicates: Vec::new(),
         groups,
     })
 }

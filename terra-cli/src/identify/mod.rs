@@ -2,25 +2,24 @@
 
 mod alarm;
 mod drive;
+mod hypotheses;
 mod json;
 mod motion;
 mod rig;
 
-use std::sync::Arc;
-
 use terra_data::Rover;
 use terra_mme::{
     AlarmRule, Centre, Choice, Consistency, EstimatorError, EstimatorOptions, FitSpace,
-    ForceObservation, ForcePrediction, History, HypothesisPosterior, HypothesisSet,
-    ParameterBelief, Prewhitening, Priors, RefineOptions, Refinement, SystematicCandidate, Weighed,
-    estimator, refine,
+    ForceObservation, ForcePrediction, History, Hypothesis, HypothesisPosterior, HypothesisSet,
+    NearDuplicate, ParameterBelief, Prewhitening, Priors, RefineOptions, Refinement,
+    SystematicCandidate, Weighed, estimator, refine,
 };
-use terra_model::catalogue::Terrain;
-use terra_model::{Contact, Law};
+use terra_model::Contact;
 
-pub use drive::identify_drive;
+pub use drive::{identify_drive, identify_drive_among};
+pub(crate) use hypotheses::{hypotheses, twins};
 pub(crate) use json::to_json;
-pub use rig::identify_rig;
+pub use rig::{identify_rig, identify_rig_among};
 
 use crate::error::CliError;
 
@@ -131,14 +130,15 @@ pub struct Identification {
     pub samples: Samples,
     /// What limits the answer: `no-ground-speed`.
     pub flags: Vec<&'static str>,
+    /// Pairs of hypotheses that no force tells apart.
+    pub near_duplicates: Vec<NearDuplicate>,
     /// Groups.
     pub groups: Vec<Group>,
 }
 
 /// What all groups of a log share.
 struct Job<'a> {
-    law: &'a Arc<Law>,
-    terrains: &'a [Terrain],
+    set: &'a HypothesisSet,
     rover: &'a Rover,
     options: &'a IdentifyOptions,
     estimator: &'a str,
@@ -153,7 +153,7 @@ impl Job<'_> {
         name: &str,
         observations: &[ForceObservation],
     ) -> Result<(Group, usize), CliError> {
-        let set = HypothesisSet::from_terrains(self.law, self.terrains)?;
+        let set = self.set.clone();
         let template = observations
             .first()
             .and_then(|o| o.contacts.first())
@@ -212,7 +212,7 @@ impl Job<'_> {
         }
         let map = weigher.map().id.clone();
         let refined = if self.options.refine {
-            self.refined(&map, observations, &loads, template)
+            self.refined(weigher.map(), observations, &loads, template)
         } else {
             Err("not asked for".to_owned())
         };
@@ -232,24 +232,19 @@ impl Job<'_> {
 
     fn refined(
         &self,
-        map: &str,
+        winner: &Hypothesis,
         observations: &[ForceObservation],
         loads: &[f64],
         template: &Contact<f64>,
     ) -> Result<Refined, String> {
-        let terrain = self
-            .terrains
-            .iter()
-            .find(|t| t.id == map)
-            .ok_or("the winner is not in the catalogue")?;
         let priors = Priors::default().with(
             &self.rover.terrain.prior_sd,
             &self.rover.terrain.prior_abs_sd,
         );
         let fit = || -> Result<Refined, EstimatorError> {
             let space = FitSpace::new(
-                self.law,
-                Centre::Terrain(terrain),
+                &winner.law,
+                Centre::Parameters(&winner.parameters),
                 &[template.width],
                 &priors,
             )?;
@@ -257,10 +252,10 @@ impl Job<'_> {
                 whitening: self.whitening,
                 ..RefineOptions::default()
             };
-            let fit = refine(self.law, space, observations, &options)?;
+            let fit = refine(&winner.law, space, observations, &options)?;
             let force_prediction = fit.force_prediction(&SLIPS, loads, template)?;
             Ok(Refined {
-                start: map.to_owned(),
+                start: winner.id.clone(),
                 fit,
                 force_prediction,
             })

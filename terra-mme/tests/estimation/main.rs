@@ -5,6 +5,7 @@ mod banks;
 mod common;
 mod drives;
 mod fit;
+mod made;
 mod mixtures;
 mod propositions;
 mod refining;
