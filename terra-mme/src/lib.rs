@@ -24,7 +24,9 @@
 //! ```
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::panic))]
 
+mod adaptive;
 mod bank;
+mod batch;
 mod belief;
 mod choice;
 mod consistency;
@@ -51,10 +53,15 @@ mod sufficient;
 mod update;
 mod whiten;
 
+pub use adaptive::{Adaptation, AdaptiveModel};
 pub use bank::{
     AT_ACCEL, AT_SPEED, AT_WHEELS, AT_YAW, InnovationBank, MOTION_CHANNELS, Marginal, MotionNoise,
     MotionSample, OFFERED_GAIN, Plant, SYSTEMATIC, SideBank, SoilMaps, SystematicCandidate,
     systematic,
+};
+pub use batch::{
+    Batch, BatchMethod, Ensemble, EnsembleOptions, LeastSquaresOptions, LocalFit, ensemble,
+    least_squares,
 };
 pub use belief::{ParameterBelief, StructureBelief};
 pub use choice::Choice;

@@ -26,6 +26,9 @@ use crate::error::CliError;
 /// Slips of a force prediction.
 const SLIPS: [f64; 10] = [0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9];
 
+/// Estimators whose hypotheses are fits: a refinement would take a fit for its prior.
+const FITTING: [&str; 2] = ["least-squares", "ensemble"];
+
 /// How an identification runs.
 #[derive(Clone, Debug)]
 pub struct IdentifyOptions {
@@ -97,6 +100,8 @@ pub struct Group {
     pub posterior: Vec<HypothesisPosterior>,
     /// The most probable.
     pub map: Option<String>,
+    /// Its law and parameters.
+    pub winner: Hypothesis,
     /// Hypotheses this log cannot tell from it.
     pub known_to: Vec<String>,
     /// Parameters by structure.
@@ -169,6 +174,7 @@ impl Job<'_> {
                 whitening: self.whitening,
                 alarm: self.alarm,
                 history: self.options.history,
+                priors: self.priors(),
                 ..EstimatorOptions::new(template)
             },
         )?;
@@ -194,6 +200,7 @@ impl Job<'_> {
                 "the vehicle must move with slip; see the flags of `terra estimate`",
             ));
         }
+        weigher.finish()?;
         let group = self.told(name, &*weigher, &used, &template)?;
         Ok((group, observations.len() - used.len()))
     }
@@ -211,7 +218,9 @@ impl Job<'_> {
             loads.push(template.normal_load);
         }
         let map = weigher.map().id.clone();
-        let refined = if self.options.refine {
+        let refined = if FITTING.contains(&self.estimator) {
+            Err("the estimator fits the parameters itself".to_owned())
+        } else if self.options.refine {
             self.refined(weigher.map(), observations, &loads, template)
         } else {
             Err("not asked for".to_owned())
@@ -226,8 +235,16 @@ impl Job<'_> {
             consistency: weigher.consistency(),
             candidates: Vec::new(),
             history: weigher.history().cloned(),
+            winner: weigher.map().clone(),
             map: Some(map),
         })
+    }
+
+    fn priors(&self) -> Priors {
+        Priors::default().with(
+            &self.rover.terrain.prior_sd,
+            &self.rover.terrain.prior_abs_sd,
+        )
     }
 
     fn refined(
@@ -237,10 +254,7 @@ impl Job<'_> {
         loads: &[f64],
         template: &Contact<f64>,
     ) -> Result<Refined, String> {
-        let priors = Priors::default().with(
-            &self.rover.terrain.prior_sd,
-            &self.rover.terrain.prior_abs_sd,
-        );
+        let priors = self.priors();
         let fit = || -> Result<Refined, EstimatorError> {
             let space = FitSpace::new(
                 &winner.law,
