@@ -34,6 +34,7 @@ mod error;
 mod estimator;
 mod fit_space;
 mod force_table;
+mod fused;
 mod hypothesis;
 mod identifiability;
 mod linearise;
@@ -73,6 +74,7 @@ pub use estimator::{
 };
 pub use fit_space::FitSpace;
 pub use force_table::{ForceTable, TableBox};
+pub use fused::{FusedModel, GridTable};
 pub use hypothesis::{Hypothesis, HypothesisSet, NearDuplicate};
 pub use identifiability::{Direction, Identifiability, WEAK, identifiability};
 pub use log_prob::{LogProb, log_sum_exp};

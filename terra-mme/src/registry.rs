@@ -10,6 +10,7 @@ use crate::consistency::AlarmRule;
 use crate::error::EstimatorError;
 use crate::estimator::ParameterEstimator;
 use crate::force_table::TableBox;
+use crate::fused::FusedModel;
 use crate::hypothesis::HypothesisSet;
 use crate::multiple_model::MultipleModel;
 use crate::prior::Priors;
@@ -84,6 +85,8 @@ impl EstimatorOptions {
     }
 }
 
+/// Nodes of the grid of the fused estimator: forces within 1e-4 of the law's over the default box.
+const FUSED_NODES: (usize, usize) = (48, 12);
 const MAGILL: &str = "D. T. Magill, IEEE Trans. Automatic Control 10(4):434-439, 1965";
 const BLOM: &str =
     "H. A. P. Blom, Y. Bar-Shalom, IEEE Trans. Automatic Control 33(8):780-783, 1988";
@@ -114,6 +117,12 @@ const ESTIMATORS: &[EstimatorInfo] = &[
     EstimatorInfo {
         name: "sufficient-statistics",
         summary: "multiple models in sums whose cost per sample does not grow with the number of hypotheses",
+        reference: MAGILL,
+        input: EstimatorInput::Forces,
+    },
+    EstimatorInfo {
+        name: "fused",
+        summary: "multiple models in single precision, all hypotheses in one pass; for very many of them",
         reference: MAGILL,
         input: EstimatorInput::Forces,
     },
@@ -192,6 +201,27 @@ pub fn estimator(
         "proportional-split" => {
             let split = MultipleModel::proportional_split(set)?;
             Ok(Box::new(models(split, options.history)?))
+        }
+        "fused" if options.choice != Choice::None || options.table_error > 0.0 => {
+            Err(EstimatorError::NotSupported {
+                estimator: "fused",
+                choice: options.choice.to_string(),
+                reason: "one covariance for all hypotheses and all evidence kept: only none, without table error",
+            })
+        }
+        "fused" => {
+            let range = TableBox {
+                nodes: FUSED_NODES,
+                ..options.table
+            };
+            let fused = FusedModel::new(set, range, &options.template)?
+                .with_prewhitening(options.whitening)
+                .with_alarm(options.alarm)?;
+            Ok(Box::new(if options.history {
+                fused.with_history()
+            } else {
+                fused
+            }))
         }
         "adaptive" => {
             let how = Adaptation {

@@ -7,6 +7,7 @@ mod batch;
 mod common;
 mod drives;
 mod fit;
+mod fused;
 mod made;
 mod mixtures;
 mod propositions;
