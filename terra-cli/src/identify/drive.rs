@@ -51,7 +51,8 @@ pub fn identify_drive_among(
     options: &IdentifyOptions,
 ) -> Result<Identification, CliError> {
     let forces = forces(log, rover, &options.filter, false)?;
-    let whitening = Some(Prewhitening::new(RHO, RHO_INTERVAL)?);
+    let whitening = Prewhitening::new(RHO, RHO_INTERVAL)?;
+    let whitening = options.prewhiten.then_some(whitening);
     let name = options
         .estimator
         .clone()
@@ -147,7 +148,7 @@ pub fn identify_drive_among(
         filter: (!of_motion).then(|| options.filter.clone()),
         estimator: name.clone(),
         choice: options.choice.clone(),
-        prewhiten_rho: (!of_motion).then_some(RHO),
+        prewhiten_rho: (!of_motion && options.prewhiten).then_some(RHO),
         samples,
         flags: if motion.without_ground_speed() {
             vec!["no-ground-speed"]

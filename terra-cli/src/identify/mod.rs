@@ -48,6 +48,9 @@ pub struct IdentifyOptions {
     pub explain: bool,
     /// Filter of the forces of a drive.
     pub filter: String,
+    /// Take the correlation of the filter's force errors out of the residuals of a drive. Without it evidence is counted
+    /// several times over: to show what that does.
+    pub prewhiten: bool,
 }
 
 impl Default for IdentifyOptions {
@@ -61,6 +64,7 @@ impl Default for IdentifyOptions {
             check: true,
             explain: true,
             filter: "block".to_owned(),
+            prewhiten: true,
         }
     }
 }

@@ -40,7 +40,7 @@ pub struct Particle {
 enum Kind {
     /// Nothing left to sample.
     Marginal(Linear),
-    Sampled(Cloud),
+    Sampled(Box<Cloud>),
 }
 
 #[derive(Clone)]
@@ -77,7 +77,7 @@ impl Particle {
         };
         cloud.draw(&space.prior())?;
         Ok(Particle {
-            kind: Kind::Sampled(cloud),
+            kind: Kind::Sampled(Box::new(cloud)),
         })
     }
 }
