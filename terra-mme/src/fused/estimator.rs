@@ -14,7 +14,7 @@ use terra_model::Contact;
 use wide::f32x8;
 
 use super::grid::{GridTable, LANES, OUTPUTS, Stencil};
-use super::kernel::{FORCES, ROWS, Sample, quadratic, read, store};
+use super::kernel::{FORCES, ROWS, Sample, forces, quadratic};
 use crate::choice::Choice;
 use crate::consistency::{AlarmRule, Consistency};
 use crate::error::EstimatorError;
@@ -26,8 +26,8 @@ use crate::observation::ForceObservation;
 use crate::residual::{covariance, score};
 use crate::whiten::{Clock, Prewhitening};
 
-/// Hypotheses of a tile: its log-weights and residuals stay in the first cache while samples pass over it.
-const TILE: usize = 1024;
+/// Vectors of hypotheses in a tile: its forces, log-weights and residuals stay in the first cache while samples pass over it.
+const TILE: usize = 64;
 /// Log-weight above which all are shifted back.
 const HIGH: f32 = 20.0;
 /// Log-weight of the padding.
@@ -41,9 +41,11 @@ pub struct FusedModel {
     whitening: Option<Prewhitening>,
     rule: AlarmRule,
     /// ln w (padded), the winner's near 0.
-    log_weights: Vec<f32>,
-    /// Residuals (rows x padded) of the last sample.
-    previous: Vec<f32>,
+    log_weights: Vec<[f32; LANES]>,
+    /// Residuals of the last sample, tile by tile, in a tile row by row.
+    previous: Vec<[f32; LANES]>,
+    /// Forces of one tile.
+    scratch: Vec<[f32; LANES]>,
     /// Σ of what was taken out of every log-weight.
     base: f64,
     /// Σ w.
@@ -66,8 +68,13 @@ impl FusedModel {
         template: &Contact<f64>,
     ) -> Result<Self, EstimatorError> {
         let table = GridTable::new(&set, range, template)?;
-        let mut log_weights = vec![NEVER; table.padded];
-        for (lw, feasible) in log_weights.iter_mut().zip(&table.feasible) {
+        let vectors = table.padded / LANES;
+        let mut log_weights = vec![[NEVER; LANES]; vectors];
+        for (lw, feasible) in log_weights
+            .as_flattened_mut()
+            .iter_mut()
+            .zip(&table.feasible)
+        {
             if *feasible {
                 *lw = 0.0;
             }
@@ -76,7 +83,8 @@ impl FusedModel {
         Ok(FusedModel {
             best: best.ok_or(EstimatorError::Impossible)?,
             total: table.feasible.iter().filter(|f| **f).count() as f64,
-            previous: vec![0.0; ROWS * table.padded],
+            previous: vec![[0.0; LANES]; ROWS * vectors],
+            scratch: vec![[0.0; LANES]; FORCES * vectors.min(TILE)],
             log_weights,
             set,
             table,
@@ -265,47 +273,49 @@ impl FusedModel {
 
     /// The pass itself. Returns what was taken out of every log-weight.
     fn pass(&mut self, samples: &[Sample]) -> f64 {
-        let (padded, values) = (self.table.padded, &self.table.values);
+        let values = &self.table.values;
         let centres = self.centres(samples);
         self.total = 0.0;
         let mut highest = f32::MIN;
-        let mut from = 0;
-        while from < padded {
-            let to = (from + TILE).min(padded);
+        let half = f32x8::splat(-0.5);
+        let tiles = self
+            .log_weights
+            .chunks_mut(TILE)
+            .zip(self.previous.chunks_mut(ROWS * TILE));
+        for (tile, (weights, previous)) in tiles.enumerate() {
+            let from = tile * TILE * LANES;
+            let room = FORCES * weights.len();
+            let seen = self.scratch.get_mut(..room).unwrap_or_default();
             for (sample, centre) in samples.iter().zip(&centres) {
                 let centre = f32x8::splat(*centre);
-                let half = f32x8::splat(-0.5);
-                for h in (from..to).step_by(LANES) {
-                    let (q, now) = quadratic(sample, values, &self.previous, padded, h);
-                    let lw = read(&self.log_weights, h) + (q - centre) * half;
-                    store(lw, &mut self.log_weights, h);
-                    for (row, r) in now.iter().enumerate().take(sample.rows) {
-                        store(*r, &mut self.previous, row * padded + h);
-                    }
+                forces(sample, values, from, seen);
+                for (k, lw) in weights.iter_mut().enumerate() {
+                    let q = quadratic(sample, seen, previous, k);
+                    *lw = (f32x8::from(*lw) + (q - centre) * half).to_array();
                 }
             }
             let (mut sum, mut top) = (f32x8::ZERO, f32x8::splat(f32::MIN));
-            for h in (from..to).step_by(LANES) {
-                let lw = read(&self.log_weights, h);
+            let cut = f32x8::splat(-87.0);
+            for lw in weights.iter() {
+                let lw = f32x8::from(*lw);
                 // Beyond single precision a weight is nothing; below the cut the exponential is not asked.
-                sum += lw.max(f32x8::splat(-87.0)).exp() & lw.simd_gt(f32x8::splat(-87.0));
+                sum += lw.max(cut).exp() & lw.simd_gt(cut);
                 top = top.max(lw);
             }
             self.total += sum.to_array().iter().map(|s| f64::from(*s)).sum::<f64>();
             let top = top.to_array().into_iter().fold(f32::MIN, f32::max);
             if top > highest {
                 highest = top;
-                let tile = self.log_weights.get(from..to).unwrap_or_default();
-                self.best = tile.iter().position(|lw| *lw == top).unwrap_or(0) + from;
+                let place = weights.as_flattened().iter().position(|lw| *lw == top);
+                self.best = from + place.unwrap_or(0);
             }
-            from = to;
         }
         let mut taken_out: f64 = centres.iter().map(|c| -0.5 * f64::from(*c)).sum();
         // A new winner far above the old one, or an old one that fell far: all are shifted.
         if highest.abs() > HIGH {
             taken_out += f64::from(highest);
             self.total = 0.0;
-            for lw in &mut self.log_weights {
+            for lw in self.log_weights.as_flattened_mut() {
                 *lw = (*lw - highest).max(NEVER);
                 self.total += f64::from(*lw).exp();
             }
@@ -313,40 +323,24 @@ impl FusedModel {
         taken_out
     }
 
-    /// q of the winner at each sample.
+    /// q of the winner at each sample, from the eight hypotheses around it and a copy of their residuals.
     fn centres(&self, samples: &[Sample]) -> Vec<f32> {
-        let h = self.best / LANES * LANES;
-        let lane = self.best - h;
-        // The eight hypotheses around the winner, with a copy of their residuals.
-        let mut own: Vec<f32> = vec![0.0; ROWS * LANES];
-        for row in 0..ROWS {
-            store(
-                read(&self.previous, row * self.table.padded + h),
-                &mut own,
-                row * LANES,
-            );
-        }
+        let (vector, lane) = (self.best / LANES, self.best % LANES);
+        let (tile, k) = (vector / TILE, vector % TILE);
+        // The last tile may be short.
+        let kept = TILE.min(self.log_weights.len() - tile * TILE);
+        let own = |row: usize| tile * TILE * ROWS + row * kept + k;
+        let mut previous: [[f32; LANES]; ROWS] =
+            std::array::from_fn(|row| self.previous.get(own(row)).copied().unwrap_or_default());
+        let mut seen = [[0.0; LANES]; FORCES];
         let mut out = Vec::with_capacity(samples.len());
         for sample in samples {
-            let (q, now) = shifted(sample, &self.table.values, &own, h);
-            out.push(q.to_array().get(lane).copied().unwrap_or(0.0));
-            for (row, r) in now.iter().enumerate() {
-                store(*r, &mut own, row * LANES);
-            }
+            forces(sample, &self.table.values, vector * LANES, &mut seen);
+            let q = quadratic(sample, &seen, &mut previous, 0).to_array();
+            out.push(q.get(lane).copied().unwrap_or(0.0));
         }
         out
     }
-}
-
-/// [`quadratic`] with the residuals of these eight hypotheses alone.
-fn shifted(sample: &Sample, values: &[f32], own: &[f32], h: usize) -> (f32x8, [f32x8; ROWS]) {
-    let mut here = *sample;
-    for at in &mut here.at {
-        for place in at.iter_mut() {
-            *place += h;
-        }
-    }
-    quadratic(&here, values, own, LANES, 0)
 }
 
 impl ParameterEstimator for FusedModel {
@@ -373,7 +367,7 @@ impl Weighed for FusedModel {
     }
 
     fn probabilities(&self) -> Vec<f64> {
-        let weights = self.log_weights.iter().take(self.set.len());
+        let weights = self.log_weights.as_flattened().iter().take(self.set.len());
         let weights: Vec<f64> = weights.map(|lw| f64::from(*lw).exp()).collect();
         let sum: f64 = weights.iter().sum();
         weights.into_iter().map(|w| w / sum).collect()
@@ -382,6 +376,7 @@ impl Weighed for FusedModel {
     fn log_likelihoods(&self) -> Vec<f64> {
         let penalty = INFEASIBLE_LOG_LIKELIHOOD * self.samples as f64;
         self.log_weights
+            .as_flattened()
             .iter()
             .zip(&self.table.feasible)
             .map(|(lw, feasible)| {

@@ -26,61 +26,59 @@ pub(super) struct Sample {
 }
 
 #[inline]
-fn load(x: &[f32], at: usize) -> f32x8 {
-    match x
-        .get(at..at + LANES)
-        .and_then(|x| <[f32; LANES]>::try_from(x).ok())
-    {
-        Some(x) => f32x8::from(x),
-        None => f32x8::ZERO,
+fn vector(x: &[f32; LANES]) -> f32x8 {
+    f32x8::from(*x)
+}
+
+/// The forces of a tile of hypotheses from `h` on, one row of `out` a force: sums of contiguous streams, four nodes at a
+/// time so that a sum is fetched and put back once for four.
+pub(super) fn forces(sample: &Sample, values: &[f32], h: usize, out: &mut [[f32; LANES]]) {
+    let vectors = out.len() / FORCES;
+    let stream = |at: usize| -> &[[f32; LANES]] {
+        let streams = values.get(at + h..at + h + vectors * LANES);
+        streams.unwrap_or_default().as_chunks::<LANES>().0
+    };
+    let rows = out.chunks_exact_mut(vectors.max(1));
+    for ((row, at), weight) in rows.zip(&sample.at).zip(&sample.weight).take(sample.forces) {
+        row.fill([0.0; LANES]);
+        for (at, w) in at.as_chunks::<4>().0.iter().zip(weight.as_chunks::<4>().0) {
+            let [a, b, c, d] = at.map(stream);
+            let [wa, wb, wc, wd] = w.map(f32x8::splat);
+            for ((((sum, a), b), c), d) in row.iter_mut().zip(a).zip(b).zip(c).zip(d) {
+                let left = vector(b).mul_add(wb, vector(a).mul_add(wa, vector(sum)));
+                *sum = vector(d)
+                    .mul_add(wd, vector(c).mul_add(wc, left))
+                    .to_array();
+            }
+        }
     }
 }
 
-/// Residuals (rows) of the eight hypotheses from `h` on.
-#[inline]
-fn residual(sample: &Sample, values: &[f32], h: usize) -> [f32x8; ROWS] {
-    let mut forces = [f32x8::ZERO; FORCES];
-    for ((force, at), weight) in forces
-        .iter_mut()
-        .zip(&sample.at)
-        .zip(&sample.weight)
-        .take(sample.forces)
-    {
-        for (at, w) in at.iter().zip(weight) {
-            *force = load(values, at + h).mul_add(f32x8::splat(*w), *force);
-        }
-    }
-    let mut out = [f32x8::ZERO; ROWS];
-    for ((r, map), y) in out
-        .iter_mut()
-        .zip(&sample.map)
-        .zip(&sample.observed)
-        .take(sample.rows)
-    {
-        let mut sum = f32x8::splat(-*y);
-        for (a, f) in map.iter().zip(&forces).take(sample.forces) {
-            sum = f.mul_add(f32x8::splat(*a), sum);
-        }
-        *r = sum;
-    }
-    out
-}
-
-/// rᵀ S⁻¹ r of eight hypotheses, and their residuals for the next sample.
+/// rᵀ S⁻¹ r of the eight hypotheses at place `k` of a tile; their residuals become `previous`, one row of vectors a row of
+/// the observation.
 #[inline]
 pub(super) fn quadratic(
     sample: &Sample,
-    values: &[f32],
-    previous: &[f32],
-    padded: usize,
-    h: usize,
-) -> (f32x8, [f32x8; ROWS]) {
-    let now = residual(sample, values, h);
-    let mut d = now;
-    if sample.rho > 0.0 {
-        let rho = f32x8::splat(-sample.rho);
-        for (row, d) in d.iter_mut().enumerate().take(sample.rows) {
-            *d = load(previous, row * padded + h).mul_add(rho, *d);
+    forces: &[[f32; LANES]],
+    previous: &mut [[f32; LANES]],
+    k: usize,
+) -> f32x8 {
+    let (vectors, kept) = (forces.len() / FORCES, previous.len() / ROWS);
+    let mut d = [f32x8::ZERO; ROWS];
+    let rho = f32x8::splat(-sample.rho);
+    for (row, d) in d.iter_mut().enumerate().take(sample.rows) {
+        let mut now = f32x8::splat(-sample.observed[row]);
+        for (f, a) in sample.map[row].iter().enumerate().take(sample.forces) {
+            // A side's map is mostly zeros.
+            if *a != 0.0
+                && let Some(force) = forces.get(f * vectors + k)
+            {
+                now = vector(force).mul_add(f32x8::splat(*a), now);
+            }
+        }
+        if let Some(last) = previous.get_mut(row * kept + k) {
+            *d = vector(last).mul_add(rho, now);
+            *last = now.to_array();
         }
     }
     let mut sum = f32x8::ZERO;
@@ -91,19 +89,5 @@ pub(super) fn quadratic(
         }
         sum = e.mul_add(e, sum);
     }
-    (sum, now)
-}
-
-/// Stores eight numbers.
-#[inline]
-pub(super) fn store(x: f32x8, out: &mut [f32], at: usize) {
-    if let Some(out) = out.get_mut(at..at + LANES) {
-        out.copy_from_slice(&x.to_array());
-    }
-}
-
-/// Loads eight numbers; zeros beyond the end.
-#[inline]
-pub(super) fn read(x: &[f32], at: usize) -> f32x8 {
-    load(x, at)
+    sum
 }
