@@ -10,6 +10,7 @@
 pub mod caches;
 mod error;
 pub mod filter;
+pub mod fused;
 pub mod hypotheses;
 pub mod many;
 pub mod wheel;

@@ -359,6 +359,10 @@ pub(crate) struct IdentifyArgs {
     /// The vehicle or rig (TOML).
     #[arg(long)]
     pub(crate) rover: PathBuf,
+    /// What is weighed: a catalogue set, a CSV of soils, or a TOML plan of sets (grid, latin_hypercube, perturb; several
+    /// models) in place of the rover file's.
+    #[arg(long, value_name = "SET|FILE")]
+    pub(crate) hypotheses: Option<String>,
     /// Estimator: see `terra estimators` (default: side-sum for a drive, wheel for a rig).
     #[arg(long)]
     pub(crate) estimator: Option<String>,

@@ -22,7 +22,10 @@ use std::process::ExitCode;
 use clap::Parser;
 
 pub use error::CliError;
-pub use identify::{Group, Identification, IdentifyOptions, identify_drive, identify_rig};
+pub use identify::{
+    Group, Identification, IdentifyOptions, identify_drive, identify_drive_among, identify_rig,
+    identify_rig_among,
+};
 
 /// Runs the command line of this process and says how it ended: 0 done, 2 usage or configuration, 3 data, 4 cannot
 /// write, 130 interrupted.

@@ -84,6 +84,27 @@ impl Default for Unscented {
     }
 }
 
+/// Samples of the particle filter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Particles {
+    /// How many.
+    pub count: usize,
+    /// Seed of the draws.
+    pub seed: u64,
+    /// States that can be carried exactly are: on a linear state space all of them.
+    pub marginalise: bool,
+}
+
+impl Default for Particles {
+    fn default() -> Self {
+        Particles {
+            count: 500,
+            seed: 1,
+            marginalise: true,
+        }
+    }
+}
+
 /// Settings of a filter; the default is the plain filter of the textbooks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FilterConfig {
@@ -99,6 +120,8 @@ pub struct FilterConfig {
     pub max_iterations: usize,
     /// Points of the unscented filter.
     pub unscented: Unscented,
+    /// Samples of the particle filter.
+    pub particles: Particles,
 }
 
 impl Default for FilterConfig {
@@ -110,6 +133,7 @@ impl Default for FilterConfig {
             max_step: 0.02,
             max_iterations: 30,
             unscented: Unscented::default(),
+            particles: Particles::default(),
         }
     }
 }

@@ -19,7 +19,7 @@ mod state_space;
 mod structure;
 mod update;
 
-pub use config::{FilterConfig, Robust, RobustLaw, Unscented, UpdateForm};
+pub use config::{FilterConfig, Particles, Robust, RobustLaw, Unscented, UpdateForm};
 pub use consistency::{Consistency, Verdict};
 pub use derived::{
     Side, SideForces, SlipState, Value, WheelEstimate, side_forces, wheel_estimates,
@@ -28,8 +28,8 @@ pub use discretise::{Discrete, discretise};
 pub use error::FilterError;
 pub use filter::Filter;
 pub use filters::{
-    BlockFilter, DenseFilter, Extended, Factor, Factored, Iterated, Linear, SigmaPoint, SquareRoot,
-    UnitDiagonal,
+    BlockFilter, DenseFilter, Extended, Factor, Factored, Iterated, Linear, Particle, SigmaPoint,
+    SquareRoot, UnitDiagonal,
 };
 pub use gaussian::Gaussian;
 pub use log::{

@@ -8,8 +8,8 @@ use crate::config::FilterConfig;
 use crate::error::FilterError;
 use crate::filter::Filter;
 use crate::filters::{
-    BlockFilter, DenseFilter, Extended, Factored, Iterated, Linear, SigmaPoint, SquareRoot,
-    UnitDiagonal,
+    BlockFilter, DenseFilter, Extended, Factored, Iterated, Linear, Particle, SigmaPoint,
+    SquareRoot, UnitDiagonal,
 };
 use crate::spaces::{LongitudinalRobot, PlanarRobot, SingleWheelRig};
 use crate::state_space::AnyStateSpace;
@@ -117,6 +117,16 @@ pub const FILTERS: &[FilterEntry] = &[
         linear_only: false,
         build: |space, config| {
             let method = SigmaPoint::cubature(space.dims().state);
+            Ok(Box::new(DenseFilter::new(method, space, config)?))
+        },
+    },
+    FilterEntry {
+        name: "particle",
+        summary: "weighted samples of what is nonlinear, the rest marginalised; on a linear space the Kalman filter",
+        reference: "A. Doucet, N. de Freitas, K. Murphy and S. Russell, Proc. UAI (2000)",
+        linear_only: false,
+        build: |space, config| {
+            let method = Particle::new(&*space, config.particles)?;
             Ok(Box::new(DenseFilter::new(method, space, config)?))
         },
     },

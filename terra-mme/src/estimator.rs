@@ -52,6 +52,14 @@ pub trait ParameterEstimator<O = ForceObservation>: Weighed {
     /// # Errors
     /// A typed [`EstimatorError`].
     fn update(&mut self, observation: &O) -> Result<(), EstimatorError>;
+
+    /// Says that the log has ended: estimators that need all of it compute their answer here, the others have it.
+    ///
+    /// # Errors
+    /// A typed [`EstimatorError`]; the answer from the samples so far stays.
+    fn finish(&mut self) -> Result<(), EstimatorError> {
+        Ok(())
+    }
 }
 
 /// Hypotheses with a posterior: all that may be asked of an estimator.

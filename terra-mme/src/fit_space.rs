@@ -107,6 +107,11 @@ impl FitSpace {
         })
     }
 
+    /// The law's parameters at the centre, `k_eq` split into k_c and k_phi as given.
+    pub fn start(&self) -> &[f64] {
+        &self.base
+    }
+
     /// Number of components of q.
     pub fn dim(&self) -> usize {
         self.components.len()
@@ -142,6 +147,19 @@ impl FitSpace {
             }
         };
         self.components.iter().map(bound).collect()
+    }
+
+    /// q of component `k` at a physical value; -∞ for a logarithm of 0 or less.
+    pub(crate) fn coordinate(&self, k: usize, value: f64) -> f64 {
+        self.components.get(k).map_or(f64::NAN, |c| {
+            if !c.log {
+                (value - c.start) / c.sd
+            } else if value > 0.0 {
+                (value / c.start).ln() / c.sd
+            } else {
+                f64::NEG_INFINITY
+            }
+        })
     }
 
     /// True when k_c and k_phi are one component.

@@ -31,7 +31,7 @@ pub struct TableBox {
 }
 
 impl TableBox {
-    fn checked(self) -> Result<Self, EstimatorError> {
+    pub(crate) fn checked(self) -> Result<Self, EstimatorError> {
         let fail = |what: &str, value, expected| {
             Err(EstimatorError::Value {
                 what: what.to_owned(),

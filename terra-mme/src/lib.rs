@@ -24,7 +24,9 @@
 //! ```
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::panic))]
 
+mod adaptive;
 mod bank;
+mod batch;
 mod belief;
 mod choice;
 mod consistency;
@@ -33,6 +35,7 @@ mod error;
 mod estimator;
 mod fit_space;
 mod force_table;
+mod fused;
 mod hypothesis;
 mod identifiability;
 mod linearise;
@@ -43,18 +46,25 @@ mod posterior;
 mod prediction;
 mod prior;
 mod profile;
+mod random;
 mod refine;
 mod registry;
 mod residual;
+mod sets;
 mod split_load;
 mod sufficient;
 mod update;
 mod whiten;
 
+pub use adaptive::{Adaptation, AdaptiveModel};
 pub use bank::{
     AT_ACCEL, AT_SPEED, AT_WHEELS, AT_YAW, InnovationBank, MOTION_CHANNELS, Marginal, MotionNoise,
     MotionSample, OFFERED_GAIN, Plant, SYSTEMATIC, SideBank, SoilMaps, SystematicCandidate,
     systematic,
+};
+pub use batch::{
+    Batch, BatchMethod, Ensemble, EnsembleOptions, LeastSquaresOptions, LocalFit, ensemble,
+    least_squares,
 };
 pub use belief::{ParameterBelief, StructureBelief};
 pub use choice::Choice;
@@ -67,6 +77,7 @@ pub use estimator::{
 };
 pub use fit_space::FitSpace;
 pub use force_table::{ForceTable, TableBox};
+pub use fused::{FusedModel, GridTable};
 pub use hypothesis::{Hypothesis, HypothesisSet, NearDuplicate};
 pub use identifiability::{Direction, Identifiability, WEAK, identifiability};
 pub use log_prob::{LogProb, log_sum_exp};
@@ -82,6 +93,7 @@ pub use registry::{
     side_bank,
 };
 pub use residual::{Comparison, Residual, Scored, compare, score};
+pub use sets::{Axis, MOST_HYPOTHESES};
 pub use split_load::proportional_split;
 pub use sufficient::SufficientStatistics;
 pub use update::{bayes_step, weighted_means};

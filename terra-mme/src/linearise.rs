@@ -33,6 +33,25 @@ pub(crate) struct Linearised {
     pub(crate) factors: Vec<Cholesky<f64, Dyn>>,
 }
 
+impl Linearised {
+    /// ln p(observations) at this point.
+    pub(crate) fn log_density(&self) -> f64 {
+        let log_det: f64 = self
+            .factors
+            .iter()
+            .flat_map(|f| {
+                f.l_dirty()
+                    .diagonal()
+                    .iter()
+                    .map(|d| d.ln())
+                    .collect::<Vec<_>>()
+            })
+            .sum();
+        let rows = self.residual.len() as f64;
+        -0.5 * (self.residual.norm_squared() + rows * (2.0 * std::f64::consts::PI).ln()) - log_det
+    }
+}
+
 /// One observation before whitening: r (m), A dF/dq (m x dim), S (m x m).
 struct One {
     residual: DVector<f64>,

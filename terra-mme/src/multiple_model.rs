@@ -180,6 +180,19 @@ impl MultipleModel {
         self
     }
 
+    /// The same options over another set, before its first sample.
+    pub(crate) fn over(&self, set: HypothesisSet) -> Result<Self, EstimatorError> {
+        Ok(MultipleModel {
+            name: self.name,
+            intake: self.intake,
+            choice: self.choice.clone(),
+            whitening: self.whitening,
+            table_error: self.table_error,
+            rule: self.rule,
+            ..Self::new(set)?
+        })
+    }
+
     /// ln p(all observations so far): the evidence for the set as a whole under its choice.
     pub fn log_evidence(&self) -> f64 {
         self.log_evidence
@@ -237,15 +250,74 @@ impl MultipleModel {
     }
 }
 
+impl MultipleModel {
+    fn weigh_all(&self, obs: &ForceObservation, rho: f64) -> Result<Vec<Compared>, EstimatorError> {
+        (0..self.set.len())
+            .map(|j| self.weigh(j, obs, rho))
+            .collect()
+    }
+
+    fn take(&mut self, obs: &ForceObservation, weighed: Vec<Compared>) {
+        let follows = self.clock.follows(obs);
+        for (j, w) in weighed.into_iter().enumerate() {
+            self.log_likelihood[j] += w.log_likelihood;
+            self.infeasible[j] += usize::from(w.residual.is_none());
+            self.windows[j].push(w.standardised, follows, self.rule);
+            self.previous[j] = w.residual;
+        }
+        self.clock.advance(obs);
+    }
+
+    /// Weighs a sample that another set has already taken: hypotheses that cannot carry it get their penalty, even when
+    /// none can. The posterior waits for [`joined`](Self::joined).
+    pub(crate) fn replay(&mut self, obs: &ForceObservation) -> Result<(), EstimatorError> {
+        let taken = self.intake.map(|intake| intake(obs)).transpose()?;
+        let obs = taken.as_ref().unwrap_or(obs);
+        obs.check()?;
+        let rho = self.clock.correlation(obs, self.whitening)?;
+        let weighed = self.weigh_all(obs, rho)?;
+        self.take(obs, weighed);
+        Ok(())
+    }
+
+    /// The hypotheses `kept` and those of `others`, which have seen the same samples, under a prior given anew: as if
+    /// they had been one set from the first sample on. For the choice `none`.
+    pub(crate) fn joined(
+        &self,
+        kept: &[usize],
+        others: MultipleModel,
+        prior: &[f64],
+    ) -> Result<Self, EstimatorError> {
+        fn pick<T: Clone>(from: &[T], kept: &[usize], more: Vec<T>) -> Vec<T> {
+            let kept = kept.iter().filter_map(|&j| from.get(j).cloned());
+            kept.chain(more).collect()
+        }
+        let mine = pick(self.set.hypotheses(), kept, Vec::new());
+        let set = HypothesisSet::new(mine)?.joined(others.set)?;
+        let log_likelihood = pick(&self.log_likelihood, kept, others.log_likelihood);
+        let mut out = MultipleModel {
+            infeasible: pick(&self.infeasible, kept, others.infeasible),
+            previous: pick(&self.previous, kept, others.previous),
+            windows: pick(&self.windows, kept, others.windows),
+            clock: self.clock.clone(),
+            ..self.over(set)?
+        };
+        let total: f64 = prior.iter().sum();
+        out = out.with_prior(prior)?;
+        let steps = self.posterior.steps();
+        out.log_evidence = out.posterior.replace(&log_likelihood, steps)?.ln() + total.ln();
+        out.log_likelihood = log_likelihood;
+        Ok(out)
+    }
+}
+
 impl ParameterEstimator for MultipleModel {
     fn update(&mut self, obs: &ForceObservation) -> Result<(), EstimatorError> {
         let taken = self.intake.map(|intake| intake(obs)).transpose()?;
         let obs = taken.as_ref().unwrap_or(obs);
         obs.check()?;
         let rho = self.clock.correlation(obs, self.whitening)?;
-        let weighed: Vec<Compared> = (0..self.set.len())
-            .map(|j| self.weigh(j, obs, rho))
-            .collect::<Result<_, _>>()?;
+        let weighed = self.weigh_all(obs, rho)?;
         if weighed.iter().all(|w| w.residual.is_none()) {
             return Err(EstimatorError::AllInfeasible {
                 time: obs.time,
@@ -255,14 +327,7 @@ impl ParameterEstimator for MultipleModel {
         let log_likelihood: Vec<f64> = weighed.iter().map(|w| w.log_likelihood).collect();
         self.log_evidence += self.posterior.step(&self.choice, &log_likelihood)?.ln();
         // Nothing below can fail: an observation counts in full or not at all.
-        let follows = self.clock.follows(obs);
-        for (j, w) in weighed.into_iter().enumerate() {
-            self.log_likelihood[j] += w.log_likelihood;
-            self.infeasible[j] += usize::from(w.residual.is_none());
-            self.windows[j].push(w.standardised, follows, self.rule);
-            self.previous[j] = w.residual;
-        }
-        self.clock.advance(obs);
+        self.take(obs, weighed);
         if let Some(history) = &mut self.history {
             history.step.push(self.posterior.steps());
             history.time.push(obs.time);

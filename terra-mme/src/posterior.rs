@@ -78,6 +78,17 @@ impl Posterior {
         Ok(evidence)
     }
 
+    /// One Bayes step with the log-likelihoods of `steps` samples at once; ln of their predictive density.
+    pub(crate) fn replace(
+        &mut self,
+        log_likelihood: &[f64],
+        steps: usize,
+    ) -> Result<LogProb, EstimatorError> {
+        let evidence = bayes_step(&mut self.log_weights, log_likelihood, &mut self.weights)?;
+        self.steps += steps;
+        Ok(evidence)
+    }
+
     /// Forms the prior of the next sample.
     fn predict(&mut self, choice: &Choice) -> Result<(), EstimatorError> {
         match choice {

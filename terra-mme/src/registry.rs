@@ -2,14 +2,18 @@
 
 use terra_model::{Contact, ModelError, nearest};
 
+use crate::adaptive::{Adaptation, AdaptiveModel};
 use crate::bank::{InnovationBank, MotionSample, Plant, SideBank, SoilMaps};
+use crate::batch::{Batch, BatchMethod, EnsembleOptions, LeastSquaresOptions};
 use crate::choice::Choice;
 use crate::consistency::AlarmRule;
 use crate::error::EstimatorError;
 use crate::estimator::ParameterEstimator;
 use crate::force_table::TableBox;
+use crate::fused::FusedModel;
 use crate::hypothesis::HypothesisSet;
 use crate::multiple_model::MultipleModel;
+use crate::prior::Priors;
 use crate::sufficient::SufficientStatistics;
 use crate::whiten::Prewhitening;
 
@@ -52,6 +56,10 @@ pub struct EstimatorOptions {
     pub table: TableBox,
     /// Wheel to tabulate, for sufficient statistics only.
     pub template: Contact<f64>,
+    /// Prior of the parameters, for estimators that fit them.
+    pub priors: Priors,
+    /// Seed, for estimators that draw.
+    pub seed: u64,
 }
 
 impl EstimatorOptions {
@@ -71,13 +79,20 @@ impl EstimatorOptions {
                 nodes: (16, 6),
             },
             template,
+            priors: Priors::default(),
+            seed: 1,
         }
     }
 }
 
+/// Nodes of the grid of the fused estimator: forces within 1e-4 of the law's over the default box.
+const FUSED_NODES: (usize, usize) = (48, 12);
 const MAGILL: &str = "D. T. Magill, IEEE Trans. Automatic Control 10(4):434-439, 1965";
 const BLOM: &str =
     "H. A. P. Blom, Y. Bar-Shalom, IEEE Trans. Automatic Control 33(8):780-783, 1988";
+const LI: &str = "X. R. Li, Y. Bar-Shalom, IEEE Trans. Automatic Control 41(4):478-493, 1996";
+const GOODMAN: &str =
+    "J. Goodman, J. Weare, Comm. Applied Mathematics and Computational Science 5(1):65-80, 2010";
 const RAY: &str = "L. E. Ray, Proc. SPIE, 2008";
 
 const ESTIMATORS: &[EstimatorInfo] = &[
@@ -103,6 +118,30 @@ const ESTIMATORS: &[EstimatorInfo] = &[
         name: "sufficient-statistics",
         summary: "multiple models in sums whose cost per sample does not grow with the number of hypotheses",
         reference: MAGILL,
+        input: EstimatorInput::Forces,
+    },
+    EstimatorInfo {
+        name: "fused",
+        summary: "multiple models in single precision, all hypotheses in one pass; for very many of them",
+        reference: MAGILL,
+        input: EstimatorInput::Forces,
+    },
+    EstimatorInfo {
+        name: "adaptive",
+        summary: "multiple models that add perturbed copies of the winner and drop the dead, evidence kept exact",
+        reference: LI,
+        input: EstimatorInput::Forces,
+    },
+    EstimatorInfo {
+        name: "least-squares",
+        summary: "bounded fits of the parameters from the best hypotheses, at the end of the log",
+        reference: RAY,
+        input: EstimatorInput::Forces,
+    },
+    EstimatorInfo {
+        name: "ensemble",
+        summary: "draws from the posterior of the winner's parameters by affine-invariant walkers, at the end of the log",
+        reference: GOODMAN,
         input: EstimatorInput::Forces,
     },
     EstimatorInfo {
@@ -133,22 +172,84 @@ pub fn estimator(
     set: HypothesisSet,
     options: &EstimatorOptions,
 ) -> Result<Box<dyn ParameterEstimator>, EstimatorError> {
-    let models = |models: MultipleModel| -> Result<Box<dyn ParameterEstimator>, EstimatorError> {
+    let models = |models: MultipleModel, history: bool| -> Result<MultipleModel, EstimatorError> {
         let models = models
             .with_choice(options.choice.clone())?
             .with_prewhitening(options.whitening)
             .with_table_error(options.table_error)?
             .with_alarm(options.alarm)?;
-        Ok(Box::new(if options.history {
+        Ok(if history {
             models.with_history()
         } else {
             models
-        }))
+        })
+    };
+    let batch = |set, method| -> Result<Box<dyn ParameterEstimator>, EstimatorError> {
+        let models = models(MultipleModel::new(set)?, options.history)?;
+        Ok(Box::new(Batch::new(
+            models,
+            options.priors.clone(),
+            method,
+        )?))
     };
     match name {
-        "side-sum" => models(MultipleModel::new(set)?),
-        "wheel" => models(MultipleModel::wheel(set)?),
-        "proportional-split" => models(MultipleModel::proportional_split(set)?),
+        "side-sum" => Ok(Box::new(models(MultipleModel::new(set)?, options.history)?)),
+        "wheel" => Ok(Box::new(models(
+            MultipleModel::wheel(set)?,
+            options.history,
+        )?)),
+        "proportional-split" => {
+            let split = MultipleModel::proportional_split(set)?;
+            Ok(Box::new(models(split, options.history)?))
+        }
+        "fused" if options.choice != Choice::None || options.table_error > 0.0 => {
+            Err(EstimatorError::NotSupported {
+                estimator: "fused",
+                choice: options.choice.to_string(),
+                reason: "one covariance for all hypotheses and all evidence kept: only none, without table error",
+            })
+        }
+        "fused" => {
+            let range = TableBox {
+                nodes: FUSED_NODES,
+                ..options.table
+            };
+            let fused = FusedModel::new(set, range, &options.template)?
+                .with_prewhitening(options.whitening)
+                .with_alarm(options.alarm)?;
+            Ok(Box::new(if options.history {
+                fused.with_history()
+            } else {
+                fused
+            }))
+        }
+        "adaptive" => {
+            let how = Adaptation {
+                seed: options.seed,
+                ..Adaptation::default()
+            };
+            let adaptive = AdaptiveModel::new(models(MultipleModel::new(set)?, false)?, how)?;
+            Ok(Box::new(if options.history {
+                adaptive.with_history()
+            } else {
+                adaptive
+            }))
+        }
+        "least-squares" => {
+            let fits = LeastSquaresOptions {
+                whitening: options.whitening,
+                ..LeastSquaresOptions::default()
+            };
+            batch(set, BatchMethod::LeastSquares(fits))
+        }
+        "ensemble" => {
+            let draws = EnsembleOptions {
+                whitening: options.whitening,
+                seed: options.seed,
+                ..EnsembleOptions::default()
+            };
+            batch(set, BatchMethod::Ensemble(draws))
+        }
         "sufficient-statistics" if options.table_error > 0.0 => Err(EstimatorError::NotSupported {
             estimator: "sufficient-statistics",
             choice: format!("table error {}", options.table_error),

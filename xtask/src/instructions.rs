@@ -53,6 +53,15 @@ const KERNELS: &[Kernel] = &[
     kernel("hypothesis-update:1000", 100, 300, "Bayes step, N = 1 000"),
     kernel("hypothesis-update:10000", 10, 30, "Bayes step, N = 10 000"),
     kernel("hypothesis-update:100000", 2, 6, "Bayes step, N = 100 000"),
+    kernel("fused:21", 200, 600, "fused pass on a side, N = 21"),
+    kernel("fused:1000", 50, 150, "fused pass on a side, N = 1 000"),
+    kernel("fused:4000", 20, 60, "fused pass on a side, N = 4 000"),
+    kernel(
+        "fused-block:4000",
+        2,
+        6,
+        "fused pass of 16 samples, a sample, N = 4 000",
+    ),
 ];
 
 /// Least R² at which the Bayes step counts as O(N).

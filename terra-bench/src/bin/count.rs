@@ -9,6 +9,7 @@ use std::error::Error;
 use std::hint::black_box;
 
 use terra_bench::filter::{Log, SAMPLES, check_belief};
+use terra_bench::fused::{BLOCK, Fused};
 use terra_bench::hypotheses::{Hypotheses, check_one_step};
 use terra_bench::many::{Columns, Lookup};
 use terra_bench::wheel::{BRAKING, DRIVING, Row, cases};
@@ -22,6 +23,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let repetitions: usize = repetitions.parse()?;
     let operations = match kernel.split_once(':') {
         Some(("hypothesis-update", n)) => hypothesis_update(n.parse()?, repetitions)?,
+        Some(("fused", n)) => fused(n.parse()?, false, repetitions)?,
+        Some(("fused-block", n)) => fused(n.parse()?, true, repetitions)?,
         _ => match kernel.as_str() {
             "forward-solve" => forward_solve(DRIVING, repetitions)?,
             "forward-solve-braking" => forward_solve(BRAKING, repetitions)?,
@@ -122,4 +125,18 @@ fn hypothesis_update(n: usize, repetitions: usize) -> Result<usize, Box<dyn Erro
     }
     hypotheses.check()?;
     Ok(repetitions)
+}
+
+/// Operations are samples: of a block each counts.
+fn fused(n: usize, blocks: bool, repetitions: usize) -> Result<usize, Box<dyn Error>> {
+    Fused::check(n.min(21))?;
+    let mut set = Fused::new(n)?;
+    for _ in 0..repetitions {
+        if blocks {
+            black_box(&mut set).block()?;
+        } else {
+            black_box(&mut set).step()?;
+        }
+    }
+    Ok(repetitions * if blocks { BLOCK } else { 1 })
 }

@@ -3,13 +3,16 @@
 use std::path::Path;
 
 use nalgebra::DMatrix;
-use terra_data::{LogKind, hypothesis_terrains};
+use terra_data::LogKind;
 use terra_mme::Choice;
 use terra_model::Registry;
 
 use crate::args::IdentifyArgs;
 use crate::error::CliError;
-use crate::identify::{Identification, IdentifyOptions, identify_drive, identify_rig, to_json};
+use crate::identify::{
+    Identification, IdentifyOptions, hypotheses, identify_drive_among, identify_rig_among, to_json,
+    twins,
+};
 use crate::input::{LogFile, rover};
 use crate::output::{self, short, table};
 use crate::progress::Spinner;
@@ -21,8 +24,9 @@ pub(crate) fn run(args: &IdentifyArgs, quiet: bool) -> Result<(), CliError> {
         &[&args.log, &args.rover],
     )?;
     let (rover, rover_sha) = rover(&args.rover)?;
-    let terrains =
-        hypothesis_terrains(&rover.terrain, args.rover.parent().unwrap_or(Path::new("")))?;
+    let registry = Registry::builtin();
+    let folder = args.rover.parent().unwrap_or(Path::new(""));
+    let set = hypotheses(&rover, &registry, folder, args.hypotheses.as_deref())?;
     let options = IdentifyOptions {
         estimator: args.estimator.clone(),
         choice: choice(&args.choice)?,
@@ -33,17 +37,17 @@ pub(crate) fn run(args: &IdentifyArgs, quiet: bool) -> Result<(), CliError> {
         filter: args.filter.clone(),
         ..IdentifyOptions::default()
     };
-    let registry = Registry::builtin();
     let spinner = Spinner::start(quiet, "weighing soils");
     let file = LogFile::open(&args.log)?;
     let mut id = match file.kind(&rover)? {
         LogKind::Drive => {
-            identify_drive(&file.drive(&rover)?, &rover, &registry, &terrains, &options)
+            identify_drive_among(&file.drive(&rover)?, &rover, &registry, &set, &options)
         }
-        LogKind::Rig => identify_rig(&file.rig(&rover)?, &rover, &registry, &terrains, &options),
+        LogKind::Rig => identify_rig_among(&file.rig(&rover)?, &rover, &set, &options),
     }
     .map_err(|e| e.in_files(&args.log, &args.rover))?;
     drop(spinner);
+    id.near_duplicates = twins(&set, &rover);
     let log_sha = file.sha256();
     if let Some(path) = &args.html {
         let page = report::Page {
@@ -122,6 +126,14 @@ pub(crate) fn summary(id: &Identification) -> String {
     );
     if id.flags.contains(&"no-ground-speed") {
         out.push_str("no ground speed: slip follows from the soils themselves\n");
+    }
+    if let Some(first) = id.near_duplicates.first() {
+        out.push_str(&format!(
+            "warning: {} pairs of hypotheses are the same soil by any force ({} and {} first); each such pair holds twice the prior of one soil\n",
+            id.near_duplicates.len(),
+            first.pair[0],
+            first.pair[1]
+        ));
     }
     for g in &id.groups {
         out.push_str(&format!("\n{}\n", g.name));

@@ -7,8 +7,8 @@
 
 use rayon::prelude::*;
 use terra_mme::{
-    AlarmRule, EstimatorError, InnovationBank, OFFERED_GAIN, SYSTEMATIC, SystematicCandidate,
-    systematic,
+    AlarmRule, EstimatorError, Hypothesis, HypothesisSet, InnovationBank, OFFERED_GAIN, SYSTEMATIC,
+    SoilMaps, SystematicCandidate, systematic,
 };
 use terra_model::Registry;
 
@@ -31,13 +31,26 @@ pub(super) fn raise(
             .position(|h| Some(&h.id) == g.map.as_ref())
     };
     let named: Option<Vec<usize>> = groups.iter().map(index).collect();
-    let soils = match named.as_deref() {
-        Some([all]) => [*all, *all],
-        Some([left, right]) => [*left, *right],
+    let (maps, named) = match named {
+        Some(named) => (motion.maps.clone(), named),
+        // Winners that a fit or a refinement made are not among the hypotheses given.
+        None => {
+            let winners = groups.iter().map(|g| Hypothesis {
+                id: format!("{} {}", g.name, g.winner.id),
+                ..g.winner.clone()
+            });
+            let set = HypothesisSet::new(winners.collect())?;
+            let indices = (0..set.len()).collect();
+            (SoilMaps::new(set, motion.plant.vehicle())?, indices)
+        }
+    };
+    let soils = match named.as_slice() {
+        [all] => [*all, *all],
+        [left, right] => [*left, *right],
         _ => return Ok(()),
     };
     let rule = AlarmRule::innovations();
-    let seen = InnovationBank::check(&motion.maps, &motion.plant, soils, &motion.samples, rule)?;
+    let seen = InnovationBank::check(&maps, &motion.plant, soils, &motion.samples, rule)?;
     if seen.alarm {
         let why = seen.reason.unwrap_or_default();
         for g in groups.iter_mut() {

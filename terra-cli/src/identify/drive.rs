@@ -5,7 +5,7 @@ use std::sync::Arc;
 use nalgebra::{DMatrix, DVector};
 use terra_data::{DriveLog, Rover};
 use terra_ekf::{Flag, Side, SideForces, SlipState, Tally, side_forces};
-use terra_mme::{AlarmRule, EstimatorInput, ForceObservation, Prewhitening};
+use terra_mme::{AlarmRule, EstimatorInput, ForceObservation, HypothesisSet, Prewhitening};
 use terra_model::catalogue::Terrain;
 use terra_model::{Contact, Registry, Vehicle};
 
@@ -34,16 +34,31 @@ pub fn identify_drive(
     terrains: &[Terrain],
     options: &IdentifyOptions,
 ) -> Result<Identification, CliError> {
-    let forces = forces(log, rover, &options.filter, false)?;
     let law = Arc::new(registry.law(&rover.terrain.model)?);
-    let whitening = Some(Prewhitening::new(RHO, RHO_INTERVAL)?);
+    let set = HypothesisSet::from_terrains(&law, terrains)?;
+    identify_drive_among(log, rover, registry, &set, options)
+}
+
+/// As [`identify_drive`], among hypotheses of any laws.
+///
+/// # Errors
+/// As there.
+pub fn identify_drive_among(
+    log: &DriveLog,
+    rover: &Rover,
+    registry: &Registry,
+    set: &HypothesisSet,
+    options: &IdentifyOptions,
+) -> Result<Identification, CliError> {
+    let forces = forces(log, rover, &options.filter, false)?;
+    let whitening = Prewhitening::new(RHO, RHO_INTERVAL)?;
+    let whitening = options.prewhiten.then_some(whitening);
     let name = options
         .estimator
         .clone()
         .unwrap_or_else(|| "side-sum".to_owned());
     let job = Job {
-        law: &law,
-        terrains,
+        set,
         rover,
         options,
         estimator: &name,
@@ -53,7 +68,7 @@ pub fn identify_drive(
             ..AlarmRule::default()
         },
     };
-    let motion = Motion::new(log, rover, &law, terrains, &forces)?;
+    let motion = Motion::new(log, rover, set, &forces)?;
     let of_motion = terra_mme::estimators()
         .iter()
         .any(|e| e.name == name && e.input == EstimatorInput::Motion);
@@ -133,13 +148,14 @@ pub fn identify_drive(
         filter: (!of_motion).then(|| options.filter.clone()),
         estimator: name.clone(),
         choice: options.choice.clone(),
-        prewhiten_rho: (!of_motion).then_some(RHO),
+        prewhiten_rho: (!of_motion && options.prewhiten).then_some(RHO),
         samples,
         flags: if motion.without_ground_speed() {
             vec!["no-ground-speed"]
         } else {
             vec![]
         },
+        near_duplicates: Vec::new(),
         groups,
     })
 }

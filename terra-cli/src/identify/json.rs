@@ -15,6 +15,9 @@ pub(crate) fn to_json(id: &Identification, log_sha256: &str, rover_sha256: &str)
         "choice": { "kind": id.choice.kind(), "value": id.choice.value() },
         "prewhiten_rho": id.prewhiten_rho,
         "flags": id.flags,
+        "near_duplicates": id.near_duplicates.iter().map(|d| json!({
+            "pair": d.pair, "distance": d.distance,
+        })).collect::<Vec<_>>(),
         "samples": {
             "rows": id.samples.rows, "used": id.samples.used, "waiting": id.samples.waiting,
             "rejected": id.samples.rejected, "missing": id.samples.missing,

@@ -2,30 +2,32 @@
 
 mod alarm;
 mod drive;
+mod hypotheses;
 mod json;
 mod motion;
 mod rig;
 
-use std::sync::Arc;
-
 use terra_data::Rover;
 use terra_mme::{
     AlarmRule, Centre, Choice, Consistency, EstimatorError, EstimatorOptions, FitSpace,
-    ForceObservation, ForcePrediction, History, HypothesisPosterior, HypothesisSet,
-    ParameterBelief, Prewhitening, Priors, RefineOptions, Refinement, SystematicCandidate, Weighed,
-    estimator, refine,
+    ForceObservation, ForcePrediction, History, Hypothesis, HypothesisPosterior, HypothesisSet,
+    NearDuplicate, ParameterBelief, Prewhitening, Priors, RefineOptions, Refinement,
+    SystematicCandidate, Weighed, estimator, refine,
 };
-use terra_model::catalogue::Terrain;
-use terra_model::{Contact, Law};
+use terra_model::Contact;
 
-pub use drive::identify_drive;
+pub use drive::{identify_drive, identify_drive_among};
+pub(crate) use hypotheses::{hypotheses, twins};
 pub(crate) use json::to_json;
-pub use rig::identify_rig;
+pub use rig::{identify_rig, identify_rig_among};
 
 use crate::error::CliError;
 
 /// Slips of a force prediction.
 const SLIPS: [f64; 10] = [0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9];
+
+/// Estimators whose hypotheses are fits: a refinement would take a fit for its prior.
+const FITTING: [&str; 2] = ["least-squares", "ensemble"];
 
 /// How an identification runs.
 #[derive(Clone, Debug)]
@@ -46,6 +48,9 @@ pub struct IdentifyOptions {
     pub explain: bool,
     /// Filter of the forces of a drive.
     pub filter: String,
+    /// Take the correlation of the filter's force errors out of the residuals of a drive. Without it evidence is counted
+    /// several times over: to show what that does.
+    pub prewhiten: bool,
 }
 
 impl Default for IdentifyOptions {
@@ -59,6 +64,7 @@ impl Default for IdentifyOptions {
             check: true,
             explain: true,
             filter: "block".to_owned(),
+            prewhiten: true,
         }
     }
 }
@@ -98,6 +104,8 @@ pub struct Group {
     pub posterior: Vec<HypothesisPosterior>,
     /// The most probable.
     pub map: Option<String>,
+    /// Its law and parameters.
+    pub winner: Hypothesis,
     /// Hypotheses this log cannot tell from it.
     pub known_to: Vec<String>,
     /// Parameters by structure.
@@ -131,14 +139,15 @@ pub struct Identification {
     pub samples: Samples,
     /// What limits the answer: `no-ground-speed`.
     pub flags: Vec<&'static str>,
+    /// Pairs of hypotheses that no force tells apart.
+    pub near_duplicates: Vec<NearDuplicate>,
     /// Groups.
     pub groups: Vec<Group>,
 }
 
 /// What all groups of a log share.
 struct Job<'a> {
-    law: &'a Arc<Law>,
-    terrains: &'a [Terrain],
+    set: &'a HypothesisSet,
     rover: &'a Rover,
     options: &'a IdentifyOptions,
     estimator: &'a str,
@@ -153,7 +162,7 @@ impl Job<'_> {
         name: &str,
         observations: &[ForceObservation],
     ) -> Result<(Group, usize), CliError> {
-        let set = HypothesisSet::from_terrains(self.law, self.terrains)?;
+        let set = self.set.clone();
         let template = observations
             .first()
             .and_then(|o| o.contacts.first())
@@ -169,6 +178,7 @@ impl Job<'_> {
                 whitening: self.whitening,
                 alarm: self.alarm,
                 history: self.options.history,
+                priors: self.priors(),
                 ..EstimatorOptions::new(template)
             },
         )?;
@@ -194,6 +204,7 @@ impl Job<'_> {
                 "the vehicle must move with slip; see the flags of `terra estimate`",
             ));
         }
+        weigher.finish()?;
         let group = self.told(name, &*weigher, &used, &template)?;
         Ok((group, observations.len() - used.len()))
     }
@@ -211,8 +222,10 @@ impl Job<'_> {
             loads.push(template.normal_load);
         }
         let map = weigher.map().id.clone();
-        let refined = if self.options.refine {
-            self.refined(&map, observations, &loads, template)
+        let refined = if FITTING.contains(&self.estimator) {
+            Err("the estimator fits the parameters itself".to_owned())
+        } else if self.options.refine {
+            self.refined(weigher.map(), observations, &loads, template)
         } else {
             Err("not asked for".to_owned())
         };
@@ -226,30 +239,30 @@ impl Job<'_> {
             consistency: weigher.consistency(),
             candidates: Vec::new(),
             history: weigher.history().cloned(),
+            winner: weigher.map().clone(),
             map: Some(map),
         })
     }
 
+    fn priors(&self) -> Priors {
+        Priors::default().with(
+            &self.rover.terrain.prior_sd,
+            &self.rover.terrain.prior_abs_sd,
+        )
+    }
+
     fn refined(
         &self,
-        map: &str,
+        winner: &Hypothesis,
         observations: &[ForceObservation],
         loads: &[f64],
         template: &Contact<f64>,
     ) -> Result<Refined, String> {
-        let terrain = self
-            .terrains
-            .iter()
-            .find(|t| t.id == map)
-            .ok_or("the winner is not in the catalogue")?;
-        let priors = Priors::default().with(
-            &self.rover.terrain.prior_sd,
-            &self.rover.terrain.prior_abs_sd,
-        );
+        let priors = self.priors();
         let fit = || -> Result<Refined, EstimatorError> {
             let space = FitSpace::new(
-                self.law,
-                Centre::Terrain(terrain),
+                &winner.law,
+                Centre::Parameters(&winner.parameters),
                 &[template.width],
                 &priors,
             )?;
@@ -257,10 +270,10 @@ impl Job<'_> {
                 whitening: self.whitening,
                 ..RefineOptions::default()
             };
-            let fit = refine(self.law, space, observations, &options)?;
+            let fit = refine(&winner.law, space, observations, &options)?;
             let force_prediction = fit.force_prediction(&SLIPS, loads, template)?;
             Ok(Refined {
-                start: map.to_owned(),
+                start: winner.id.clone(),
                 fit,
                 force_prediction,
             })

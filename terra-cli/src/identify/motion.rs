@@ -1,14 +1,11 @@
 //! A drive log as a bank of vehicle filters is fed it, and what the bank says.
 
-use std::sync::Arc;
-
 use terra_data::{DriveLog, GroundSpeedSource, Rover};
 use terra_mme::{
     AT_SPEED, EstimatorError, ForceObservation, HypothesisSet, MotionNoise, MotionSample, Plant,
     SoilMaps, motion_estimator, side_bank,
 };
-use terra_model::catalogue::Terrain;
-use terra_model::{Contact, Law};
+use terra_model::Contact;
 
 use super::{Group, Job};
 use crate::error::CliError;
@@ -26,8 +23,7 @@ impl Motion {
     pub(super) fn new(
         log: &DriveLog,
         rover: &Rover,
-        law: &Arc<Law>,
-        terrains: &[Terrain],
+        set: &HypothesisSet,
         forces: &Forces,
     ) -> Result<Self, CliError> {
         let default = MotionNoise::default();
@@ -41,8 +37,7 @@ impl Motion {
             ..default
         };
         let plant = Plant::new(forces.vehicle, noise)?;
-        let set = HypothesisSet::from_terrains(law, terrains)?;
-        let maps = SoilMaps::new(set, &forces.vehicle)?;
+        let maps = SoilMaps::new(set.clone(), &forces.vehicle)?;
         let use_speed = rover.filter.ground_speed != GroundSpeedSource::None;
         let finite = |v: Option<f64>| v.filter(|v| v.is_finite());
         let samples = forces

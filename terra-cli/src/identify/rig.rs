@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector};
 use terra_data::{Measured, RigLog, RigRow, Rover, SoilSharing};
-use terra_mme::{AlarmRule, ForceObservation};
+use terra_mme::{AlarmRule, ForceObservation, HypothesisSet};
 use terra_model::catalogue::Terrain;
 use terra_model::{Contact, Registry};
 
@@ -24,13 +24,26 @@ pub fn identify_rig(
     options: &IdentifyOptions,
 ) -> Result<Identification, CliError> {
     let law = Arc::new(registry.law(&rover.terrain.model)?);
+    let set = HypothesisSet::from_terrains(&law, terrains)?;
+    identify_rig_among(log, rover, &set, options)
+}
+
+/// As [`identify_rig`], among hypotheses of any laws.
+///
+/// # Errors
+/// As there.
+pub fn identify_rig_among(
+    log: &RigLog,
+    rover: &Rover,
+    set: &HypothesisSet,
+    options: &IdentifyOptions,
+) -> Result<Identification, CliError> {
     let name = options
         .estimator
         .clone()
         .unwrap_or_else(|| "wheel".to_owned());
     let job = Job {
-        law: &law,
-        terrains,
+        set,
         rover,
         options,
         estimator: &name,
@@ -89,6 +102,7 @@ pub fn identify_rig(
         prewhiten_rho: None,
         samples,
         flags: Vec::new(),
+        near_duplicates: Vec::new(),
         groups: out,
     })
 }

@@ -70,17 +70,26 @@ pub trait Method: Clone + Send + 'static {
     ) -> Result<Option<Refined>, FilterError> {
         Ok(None)
     }
-    /// The belief after an update with rows `c`, for a method that carries more than the belief; `None` leaves it to
-    /// the frame. `Err(row)` names a row in which S has no inverse.
-    fn commit(
-        &mut self,
-        _belief: &Gaussian,
-        _c: &DMatrix<f64>,
-        _r: &DMatrix<f64>,
-        _residual: &DVector<f64>,
-    ) -> Option<Result<Gaussian, usize>> {
+    /// The belief after an update, for a method that carries more than the belief; `None` leaves it to the frame.
+    /// `Err(row)` names a row in which S has no inverse.
+    fn commit(&mut self, _at: &Update<'_>) -> Option<Result<Gaussian, usize>> {
         None
     }
+}
+
+/// What an update takes in: the channels `rows`, and what the frame made of them.
+pub struct Update<'a> {
+    pub(crate) model: &'a Model,
+    pub(crate) belief: &'a Gaussian,
+    pub(crate) rows: &'a [usize],
+    /// z of the rows.
+    pub(crate) values: &'a DVector<f64>,
+    /// Variance that a robust update adds to each.
+    pub(crate) inflation: &'a [f64],
+    pub(crate) c: &'a DMatrix<f64>,
+    /// R + extra + inflation.
+    pub(crate) r: &'a DMatrix<f64>,
+    pub(crate) residual: &'a DVector<f64>,
 }
 
 /// A filter with one full covariance.
@@ -351,7 +360,16 @@ impl<M: Method> Filter for DenseFilter<M> {
                 seen.c = c;
                 seen.residual = residual;
             }
-            let committed = method.commit(&prior, &seen.c, &seen.r, &seen.residual);
+            let committed = method.commit(&Update {
+                model: &self.model,
+                belief: &prior,
+                rows: &rows,
+                values: &values,
+                inflation: &inflate,
+                c: &seen.c,
+                r: &seen.r,
+                residual: &seen.residual,
+            });
             committed
                 .unwrap_or_else(|| {
                     apply(

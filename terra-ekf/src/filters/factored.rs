@@ -13,7 +13,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::Model;
-use super::dense::{Method, View};
+use super::dense::{Method, Update, View};
 use super::ekf::Extended;
 use super::kf::drive;
 use crate::discretise::propagate;
@@ -222,13 +222,8 @@ impl<F: Factor> Method for Factored<F> {
         Extended.observe(model, belief)
     }
 
-    fn commit(
-        &mut self,
-        belief: &Gaussian,
-        c: &DMatrix<f64>,
-        r: &DMatrix<f64>,
-        residual: &DVector<f64>,
-    ) -> Option<Result<Gaussian, usize>> {
+    fn commit(&mut self, at: &Update<'_>) -> Option<Result<Gaussian, usize>> {
+        let (belief, c, r, residual) = (at.belief, at.c, at.r, at.residual);
         // Correlated noise is made independent first: L⁻¹ z has the noise I.
         let diagonal = (0..r.nrows()).all(|i| (0..i).all(|j| r[(i, j)] == 0.0));
         let (c, noise, residual) = if diagonal {

@@ -8,6 +8,7 @@ mod group;
 mod iekf;
 mod kf;
 mod lanes;
+mod particle;
 mod sigma;
 
 pub use block::BlockFilter;
@@ -16,6 +17,7 @@ pub use ekf::Extended;
 pub use factored::{Factor, Factored, SquareRoot, UnitDiagonal};
 pub use iekf::Iterated;
 pub use kf::Linear;
+pub use particle::Particle;
 pub use sigma::SigmaPoint;
 
 use std::sync::Arc;

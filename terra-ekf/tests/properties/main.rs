@@ -10,5 +10,7 @@ mod faults;
 mod logs;
 mod nonlinear;
 mod observability;
+mod particle;
 mod planar;
 mod propositions;
+mod random;

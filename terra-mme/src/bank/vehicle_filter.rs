@@ -22,6 +22,9 @@ pub(crate) const STATES: usize = 6;
 const GRAVITY: f64 = 9.81;
 /// Longest step of the prediction \[s\]: at low slip a wheel settles within 10 ms.
 const LONGEST_STEP: f64 = 0.005;
+/// Largest change of a wheel's slip in one step: a vehicle that leaves standstill crosses the whole force curve within
+/// one row of the log, and a straight line does not follow it.
+const SLIP_STEP: f64 = 0.1;
 /// 1-sigma of slip above which sigma points take the place of the Jacobian.
 const BENT: f64 = 0.1;
 /// Steps of one prediction, however long it is.
@@ -328,6 +331,23 @@ fn sandwich(a: &Matrix, p: &Matrix) -> Matrix {
     out
 }
 
+/// The longest step over which no slip changes by more than [`SLIP_STEP`], at least a fiftieth of `longest`.
+fn step(plant: &Plant, x: &Vector, rate: &Vector, longest: f64) -> f64 {
+    let radius = plant.vehicle.wheel_radius;
+    let fastest = (0..4)
+        .map(|q| {
+            let arm = lever(plant, q);
+            let (rim, travel) = (radius * x[2 + q], x[0] + arm * x[1]);
+            let scale = rim.abs().max(travel.abs()).max(STANDSTILL_SPEED);
+            (radius * rate[2 + q])
+                .abs()
+                .max((rate[0] + arm * rate[1]).abs())
+                / scale
+        })
+        .fold(0.0, f64::max);
+    (SLIP_STEP / fastest).clamp(longest / 50.0, longest)
+}
+
 impl Estimate {
     /// The belief of a vehicle just seen: what is measured as measured, the rest wide. A speed nobody measures lies
     /// between standing and rolling without slip.
@@ -378,12 +398,19 @@ impl Estimate {
         if self.bends(plant) {
             let flow = |x: &Vector, accel: f64| -> Result<(Vector, f64), Infeasible> {
                 let (mut x, mut accel) = (*x, accel);
-                for k in 0..steps {
-                    let time = last.time + h * k as f64;
+                let mut done = 0.0;
+                while done < dt {
+                    let time = last.time + done;
                     let now = rates(soils, plant, &Row { time, torque }, &x, accel)?;
+                    let h = step(plant, &x, &now.rate, h).min(dt - done);
                     let moved = apply(&exponentials(&now.slope, h).1, &now.rate);
                     x.iter_mut().zip(moved).for_each(|(x, d)| *x += h * d);
                     accel = now.accel;
+                    done = if dt - done - h < 1e-9 * dt {
+                        dt
+                    } else {
+                        done + h
+                    };
                 }
                 Ok((x, accel))
             };
@@ -399,12 +426,20 @@ impl Estimate {
         }
         // Response of the state to a unit error of each torque, held over the whole step.
         let mut response = [[0.0; STATES]; 4];
-        for k in 0..steps {
+        let longest = h;
+        let mut done = 0.0;
+        while done < dt {
             let row = Row {
-                time: last.time + h * k as f64,
+                time: last.time + done,
                 torque,
             };
             let now = rates(soils, plant, &row, &self.x, self.accel)?;
+            let h = step(plant, &self.x, &now.rate, longest).min(dt - done);
+            done = if dt - done - h < 1e-9 * dt {
+                dt
+            } else {
+                done + h
+            };
             let (phi, psi) = exponentials(&now.slope, h);
             let moved = apply(&psi, &now.rate);
             for (x, d) in self.x.iter_mut().zip(moved) {
@@ -478,7 +513,27 @@ impl Estimate {
                 .unwrap_or((now.accel, linear, ph));
             self.take(plant, AT_ACCEL, z, value, variance, &ph, &mut out)?;
         }
+        self.keep_with_the_wheels();
         Ok(out)
+    }
+
+    /// A vehicle that rolls against all its wheels is outside every terrain model, and a filter that strays there near
+    /// standstill meets forces that keep it there. The mean goes back to v = 0, the nearest state that a model covers.
+    ///
+    /// # Equation
+    /// x <- x - P e_v v / P_vv when v Σω < 0.
+    ///
+    /// # Reference
+    /// D. Simon, IET Control Theory & Applications 4(8):1303-1318, 2010, estimate projection.
+    fn keep_with_the_wheels(&mut self) {
+        let v = self.x[0];
+        let turning: f64 = self.x[2..].iter().sum();
+        if v * turning < 0.0 && self.p[0][0] > 0.0 {
+            let share = v / self.p[0][0];
+            for i in 0..STATES {
+                self.x[i] -= self.p[i][0] * share;
+            }
+        }
     }
 
     /// One channel: `value` predicted with `variance`, `ph` its covariance with the state.

@@ -1,0 +1,132 @@
+//! N hypotheses under the fused pass on the forces of a side, against Bayes' rule by one hypothesis after the other.
+
+use std::sync::Arc;
+
+use terra_mme::{
+    ForceObservation, FusedModel, HypothesisSet, MultipleModel, ParameterEstimator, TableBox,
+    Weighed,
+};
+use terra_model::{Contact, ForceLaw, Registry, catalogue};
+
+use crate::error::{BenchError, check};
+
+/// Samples of a block.
+pub const BLOCK: usize = 16;
+/// Coarse, so that a large set is built quickly; the pass costs the same on any grid.
+const GRID: TableBox = TableBox {
+    slip: (0.1, 0.9),
+    load: (180.0, 320.0),
+    nodes: (10, 4),
+};
+
+/// A set, and a log that goes round.
+pub struct Fused {
+    model: FusedModel,
+    log: Vec<ForceObservation>,
+    next: usize,
+}
+
+impl Fused {
+    /// N copies of a clay, 2 % off, and a side of a robot on that clay with errors that cancel over the log.
+    ///
+    /// # Errors
+    /// [`BenchError::Estimator`], [`BenchError::Model`].
+    pub fn new(n: usize) -> Result<Self, BenchError> {
+        let law = Arc::new(Registry::builtin().law("wong-reece")?);
+        let clay = catalogue::find("lean_clay_22")?.parameters(law.model())?;
+        let set = HypothesisSet::from_vectors(&law, "clay", [clay.clone()])?;
+        let set = set.perturbed(n, 0.02, 1)?;
+        let template = Contact::new(0.3, 245.25, 0.254, 0.15);
+        let mut log = Vec::new();
+        for k in 0..4 * BLOCK {
+            let slip = 0.8 - 0.6 * k as f64 / (4 * BLOCK) as f64;
+            let mut forces = nalgebra::DVector::zeros(6);
+            let mut contacts = Vec::new();
+            for (wheel, load) in [210.0, 280.0].into_iter().enumerate() {
+                let at = Contact::new(slip, load, template.radius, template.width);
+                let f = law.forces(&clay, &at)?;
+                forces[3 * wheel] = f.drawbar_pull;
+                forces[3 * wheel + 1] = f.resistive_torque;
+                contacts.push(at);
+            }
+            let map = ForceObservation::side_map(2);
+            let off = if k % 2 == 0 { 1.0 } else { -1.0 };
+            let sd = [20.0, 8.0, 8.0, 0.0, 0.0, 0.0, 0.0];
+            log.push(ForceObservation {
+                time: k as f64,
+                group: k,
+                forces: &map * forces
+                    + nalgebra::DVector::from_vec(vec![off, 0.3 * off, -0.3 * off]),
+                map,
+                contacts,
+                covariance: nalgebra::DMatrix::from_diagonal(&nalgebra::DVector::from_iterator(
+                    7,
+                    sd.iter().map(|s| s * s),
+                )),
+            });
+        }
+        Ok(Fused {
+            model: FusedModel::new(set, GRID, &template)?,
+            log,
+            next: 0,
+        })
+    }
+
+    /// One sample.
+    ///
+    /// # Errors
+    /// [`BenchError::Estimator`].
+    pub fn step(&mut self) -> Result<(), BenchError> {
+        let k = self.next % self.log.len();
+        self.next += 1;
+        Ok(self.model.update_block(&self.log[k..=k])?)
+    }
+
+    /// [`BLOCK`] samples in one pass.
+    ///
+    /// # Errors
+    /// [`BenchError::Estimator`].
+    pub fn block(&mut self) -> Result<(), BenchError> {
+        let k = self.next % self.log.len() / BLOCK * BLOCK;
+        self.next = k + BLOCK;
+        Ok(self.model.update_block(&self.log[k..k + BLOCK])?)
+    }
+
+    /// A new set of the same kind after the whole log, sample by sample and in blocks, against one hypothesis after the
+    /// other in double precision with the law itself.
+    ///
+    /// # Errors
+    /// [`BenchError::Wrong`], [`BenchError::Estimator`].
+    pub fn check(n: usize) -> Result<(), BenchError> {
+        let (mut one, mut blocks) = (Fused::new(n)?, Fused::new(n)?);
+        let mut oracle = MultipleModel::new(one.model.hypotheses().clone())?;
+        for o in &one.log.clone() {
+            oracle.update(o)?;
+            one.step()?;
+        }
+        for _ in 0..one.log.len() / BLOCK {
+            blocks.block()?;
+        }
+        let expected = oracle.probabilities();
+        for (j, p) in expected.iter().enumerate() {
+            for (name, found) in [("by sample", &one), ("in blocks", &blocks)] {
+                let q = found.model.probabilities();
+                let what = format!("posterior of hypothesis {j} of {n}, {name}");
+                check(&what, q[j], *p, 1.0, 5e-3)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_pass_is_bayes() {
+        for n in [3, 21] {
+            Fused::check(n).unwrap();
+        }
+    }
+}

@@ -1,0 +1,133 @@
+//! Exact soil in the set: how often it is named after how many samples, and what the probabilities are worth.
+
+use super::{Bench, Figure, Told, number, rate, share};
+use crate::campaign::{LOOK_AT, Rate};
+use crate::error::CliError;
+use crate::identify::IdentifyOptions;
+
+/// Exact soil in the set, the proportional split, the bank, and calibration.
+pub(super) fn exact(bench: &Bench) -> Result<Vec<Figure>, CliError> {
+    let scheme = |name: &str| IdentifyOptions {
+        estimator: Some(name.to_owned()),
+        join: name == "innovation-bank",
+        ..bench.options()
+    };
+    // Mean of the prototype @1 2 5 10 20 50, end, worst soil @2.
+    let published = [
+        (
+            "side-sum",
+            [0.972, 0.977, 0.983, 0.988, 0.997, 1.0, 1.0, 0.76],
+        ),
+        (
+            "proportional-split",
+            [0.299, 0.303, 0.305, 0.305, 0.300, 0.269, 0.399, 0.0],
+        ),
+        (
+            "innovation-bank",
+            [0.548, 0.867, 0.959, 0.985, 1.0, 1.0, 1.0, f64::NAN],
+        ),
+    ];
+    let told = bench.ramps(|_| {}, &published.map(|(name, _)| scheme(name)))?;
+    let mut out = Vec::new();
+    for ((name, figures), runs) in published.iter().zip(&told) {
+        let known = |x: f64| (!x.is_nan()).then_some(x);
+        let looks = LOOK_AT.iter().map(|k| (format!("right @{k}"), Some(*k)));
+        for ((what, k), figure) in looks
+            .chain([("right at end".to_owned(), None)])
+            .zip(figures)
+        {
+            let (good, n) = share(runs, |t| t.right(k));
+            out.push(rate("exact", name, what, good, n, known(*figure)));
+        }
+        let worst = bench
+            .soils
+            .iter()
+            .map(|soil| {
+                share(runs.iter().filter(|t| t.truth == *soil), |t| {
+                    t.right(Some(2))
+                })
+            })
+            .min_by(|a, b| {
+                Rate::new(a.0, a.1)
+                    .value
+                    .total_cmp(&Rate::new(b.0, b.1).value)
+            });
+        if let Some((good, n)) = worst {
+            let what = "right @2, worst soil".to_owned();
+            out.push(rate("exact", name, what, good, n, known(figures[7])));
+        }
+        out.extend(calibration(name, runs));
+    }
+    Ok(out)
+}
+
+/// NLL by sample, expected calibration error, and confident mistakes.
+fn calibration(name: &str, runs: &[Told]) -> Vec<Figure> {
+    let published = match name {
+        "side-sum" => Some([0.055, 0.053, 0.037, 0.022, 0.005, f64::NAN]),
+        "innovation-bank" => Some([0.061, 0.032, 0.018, 0.001, 0.0, f64::NAN]),
+        _ => None,
+    };
+    let mut out = Vec::new();
+    for (i, k) in LOOK_AT.into_iter().enumerate() {
+        let losses: Vec<f64> = runs
+            .iter()
+            .filter_map(|t| t.probability_of_truth(k))
+            .map(|p| -p.max(1e-300).ln())
+            .collect();
+        let mean = losses.iter().sum::<f64>() / losses.len().max(1) as f64;
+        let known = published.map(|p| p[i]).filter(|p| !p.is_nan());
+        let figure = format!("NLL @{k}");
+        out.push(number(
+            "calibration",
+            name,
+            &figure,
+            (!losses.is_empty()).then_some(mean),
+            losses.len(),
+            known,
+        ));
+    }
+    // Ten bins of the winner's probability over all looks.
+    let mut bins = [(0.0, 0usize, 0usize); 10];
+    let (mut wrong, mut sure) = (0, 0);
+    for t in runs {
+        for k in LOOK_AT {
+            let Some((id, p)) = t.at(Some(k)) else {
+                continue;
+            };
+            let right = id == t.truth;
+            let bin = &mut bins[((p * 10.0) as usize).min(9)];
+            bin.0 += p;
+            bin.1 += usize::from(right);
+            bin.2 += 1;
+            if p > 0.99 {
+                sure += 1;
+                wrong += usize::from(!right);
+            }
+        }
+    }
+    let all: usize = bins.iter().map(|b| b.2).sum();
+    let gap: f64 = bins.iter().map(|b| (b.0 - b.1 as f64).abs()).sum();
+    let (ece, confident) = match name {
+        "side-sum" => (Some(0.0025), Some(0.0)),
+        "innovation-bank" => (Some(0.0052), Some(0.0)),
+        _ => (None, None),
+    };
+    out.push(number(
+        "calibration",
+        name,
+        "ECE",
+        (all > 0).then(|| gap / all as f64),
+        all,
+        ece,
+    ));
+    out.push(rate(
+        "calibration",
+        name,
+        "wrong given p > .99".to_owned(),
+        wrong,
+        sure,
+        confident,
+    ));
+    out
+}

@@ -1,0 +1,206 @@
+//! Forces on a regular grid of slip and ln(load), node by node.
+//!
+//! # Equation
+//! D/W, T/(R W), z/R at the nodes; between them the cubic through the four nearest nodes along each axis (Lagrange).
+
+use terra_model::{Contact, ForceLaw};
+
+use crate::error::EstimatorError;
+use crate::force_table::TableBox;
+use crate::hypothesis::HypothesisSet;
+use crate::prediction::model_error;
+use crate::residual::is_infeasible;
+
+/// Hypotheses of a vector of the kernel.
+pub(super) const LANES: usize = 8;
+/// Nodes of an interpolation.
+pub(super) const STENCIL: usize = 16;
+/// Forces of a node.
+pub(super) const OUTPUTS: usize = 3;
+
+/// Forces of many hypotheses on a grid, `values[node][output][hypothesis]`.
+#[derive(Clone, Debug)]
+pub struct GridTable {
+    pub(super) range: TableBox,
+    pub(super) radius: f64,
+    pub(super) width: f64,
+    /// Hypotheses, padded to whole vectors.
+    pub(super) padded: usize,
+    pub(super) values: Vec<f32>,
+    /// Feasible at every node.
+    pub(super) feasible: Vec<bool>,
+}
+
+/// An interpolation at one contact: places of its nodes in `values` (output 0, hypothesis 0), weights, and the weights of
+/// its slopes in slip and in ln(load).
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Stencil {
+    pub(super) at: [usize; STENCIL],
+    pub(super) weight: [f32; STENCIL],
+    pub(super) in_slip: [f64; STENCIL],
+    pub(super) in_log_load: [f64; STENCIL],
+}
+
+impl GridTable {
+    /// Tabulates every hypothesis on contacts like the template. A hypothesis that is infeasible at any node is not
+    /// tabulated.
+    ///
+    /// # Errors
+    /// [`EstimatorError::Value`] for a bad box or fewer than four nodes along an axis; [`EstimatorError::NotSupported`]
+    /// for a law with effects, which may look at more of a contact than slip and load; [`EstimatorError::Model`].
+    pub fn new(
+        set: &HypothesisSet,
+        range: TableBox,
+        template: &Contact<f64>,
+    ) -> Result<Self, EstimatorError> {
+        let range = range.checked()?;
+        let (nx, ny) = range.nodes;
+        if nx < 4 || ny < 4 {
+            return Err(EstimatorError::Value {
+                what: "nodes of a grid".to_owned(),
+                value: nx.min(ny) as f64,
+                expected: "at least 4 along each axis",
+            });
+        }
+        let padded = set.len().next_multiple_of(LANES);
+        let mut values = vec![0.0f32; nx * ny * OUTPUTS * padded];
+        let mut feasible = vec![true; set.len()];
+        let (low, high) = (range.load.0.ln(), range.load.1.ln());
+        for (j, h) in set.hypotheses().iter().enumerate() {
+            if !h.law.effects().is_empty() {
+                return Err(EstimatorError::NotSupported {
+                    estimator: "fused",
+                    choice: h.law.name(),
+                    reason: "effects may look at more of a contact than slip and load",
+                });
+            }
+            'nodes: for a in 0..nx {
+                for b in 0..ny {
+                    let share = |k: usize, n: usize| k as f64 / (n - 1) as f64;
+                    let load = (low + (high - low) * share(b, ny)).exp();
+                    let at = Contact {
+                        slip: range.slip.0 + (range.slip.1 - range.slip.0) * share(a, nx),
+                        normal_load: load,
+                        ..*template
+                    };
+                    let f = match h.law.forces(&h.parameters, &at) {
+                        Ok(f) => f,
+                        Err(e) if is_infeasible(&e) => {
+                            feasible[j] = false;
+                            break 'nodes;
+                        }
+                        Err(e) => return Err(model_error(&h.id, e)),
+                    };
+                    let r = template.radius;
+                    let node = [
+                        f.drawbar_pull / load,
+                        f.resistive_torque / (r * load),
+                        f.sinkage.unwrap_or(0.0) / r,
+                    ];
+                    for (output, value) in node.into_iter().enumerate() {
+                        let place = ((a * ny + b) * OUTPUTS + output) * padded + j;
+                        values[place] = value as f32;
+                    }
+                }
+            }
+        }
+        Ok(GridTable {
+            range,
+            radius: template.radius,
+            width: template.width,
+            padded,
+            values,
+            feasible,
+        })
+    }
+
+    /// The interpolation at a contact.
+    pub(super) fn stencil(&self, at: &Contact<f64>) -> Result<Stencil, EstimatorError> {
+        let same = |quantity, value: f64, own: f64| {
+            (quantity, value, own * (1.0 - 1e-9), own * (1.0 + 1e-9))
+        };
+        let ((s0, s1), (w0, w1)) = (self.range.slip, self.range.load);
+        for (quantity, value, min, max) in [
+            ("slip", at.slip, s0, s1),
+            ("normal_load", at.normal_load, w0, w1),
+            same("radius", at.radius, self.radius),
+            same("width", at.width, self.width),
+        ] {
+            if !(min..=max).contains(&value) {
+                return Err(EstimatorError::OutsideTable {
+                    quantity,
+                    value,
+                    min,
+                    max,
+                });
+            }
+        }
+        let (nx, ny) = self.range.nodes;
+        let x = (at.slip - s0) / (s1 - s0) * (nx - 1) as f64;
+        let y = (at.normal_load / w0).ln() / (w1 / w0).ln() * (ny - 1) as f64;
+        let ((i, wx, dx), (k, wy, dy)) = (cubic(x, nx), cubic(y, ny));
+        let (per_slip, per_log) = (
+            (nx - 1) as f64 / (s1 - s0),
+            (ny - 1) as f64 / (w1 / w0).ln(),
+        );
+        let mut out = Stencil {
+            at: [0; STENCIL],
+            weight: [0.0; STENCIL],
+            in_slip: [0.0; STENCIL],
+            in_log_load: [0.0; STENCIL],
+        };
+        for a in 0..4 {
+            for b in 0..4 {
+                let n = 4 * a + b;
+                out.at[n] = ((i + a) * ny + k + b) * OUTPUTS * self.padded;
+                out.weight[n] = (wx[a] * wy[b]) as f32;
+                out.in_slip[n] = dx[a] * wy[b] * per_slip;
+                out.in_log_load[n] = wx[a] * dy[b] * per_log;
+            }
+        }
+        Ok(out)
+    }
+}
+
+/// First node, weights and slopes of the cubic through four of n nodes at 0, 1, .. n-1.
+fn cubic(x: f64, n: usize) -> (usize, [f64; 4], [f64; 4]) {
+    let first = (x.floor() as usize).saturating_sub(1).min(n - 4);
+    let t = x - first as f64;
+    let (a, b, c, d) = (t, t - 1.0, t - 2.0, t - 3.0);
+    let weight = [
+        -b * c * d / 6.0,
+        a * c * d / 2.0,
+        -a * b * d / 2.0,
+        a * b * c / 6.0,
+    ];
+    let slope = [
+        -(c * d + b * d + b * c) / 6.0,
+        (c * d + a * d + a * c) / 2.0,
+        -(b * d + a * d + a * b) / 2.0,
+        (b * c + a * c + a * b) / 6.0,
+    ];
+    (first, weight, slope)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A cubic is its own interpolant, and so is its slope.
+    #[test]
+    fn a_cubic_is_reproduced() {
+        let f = |x: f64| 1.0 - 2.0 * x + 0.3 * x * x - 0.05 * x.powi(3);
+        let d = |x: f64| -2.0 + 0.6 * x - 0.15 * x * x;
+        for x in [0.0, 0.4, 1.0, 2.7, 5.5, 8.0] {
+            let (first, weight, slope) = cubic(x, 9);
+            let sum = |w: [f64; 4]| -> f64 {
+                w.iter()
+                    .enumerate()
+                    .map(|(k, w)| w * f((first + k) as f64))
+                    .sum()
+            };
+            assert!((sum(weight) - f(x)).abs() < 1e-12, "{x}");
+            assert!((sum(slope) - d(x)).abs() < 1e-12, "{x}");
+        }
+    }
+}

@@ -1,0 +1,212 @@
+//! The fused pass against the estimator that takes one hypothesis after the other in double precision.
+
+use std::sync::Arc;
+
+use nalgebra::DMatrix;
+use proptest::prelude::*;
+use terra_mme::{
+    Choice, EstimatorError, EstimatorOptions, ForceObservation, FusedModel, Hypothesis,
+    HypothesisSet, MultipleModel, ParameterEstimator, Prewhitening, TableBox, Weighed, estimator,
+};
+use terra_model::Registry;
+
+use crate::common::{LOAD, contact, law, rng, side, soil, sweep, wong21};
+
+fn fine() -> TableBox {
+    TableBox {
+        slip: (0.02, 0.98),
+        load: (150.0, 350.0),
+        nodes: (64, 12),
+    }
+}
+
+/// Side sums whose slips and loads are known exactly: S is then the same for all hypotheses in both estimators.
+fn exact_inputs(p: &[f64], n: usize, seed: u64) -> Vec<ForceObservation> {
+    let mut rows = side(
+        p,
+        &sweep(n, 0.9, 0.05),
+        [200.0, 290.0],
+        0.0,
+        &mut rng(seed, 0),
+    );
+    for o in &mut rows {
+        let keep = DMatrix::from_fn(7, 7, |i, j| {
+            if i < 3 && j < 3 {
+                o.covariance[(i, j)]
+            } else {
+                0.0
+            }
+        });
+        o.covariance = keep;
+        for (at, load) in o.contacts.iter_mut().zip([200.0, 290.0]) {
+            at.normal_load = load;
+        }
+    }
+    for (o, slip) in rows.iter_mut().zip(sweep(n, 0.9, 0.05)) {
+        o.contacts.iter_mut().for_each(|c| c.slip = slip);
+    }
+    rows
+}
+
+fn many(n: usize, seed: u64) -> HypothesisSet {
+    let one = HypothesisSet::from_vectors(&law(), "h", [soil("lean_clay_22")]).unwrap();
+    one.perturbed(n, 0.03, seed).unwrap()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(10))]
+
+    /// Near ties, so that every digit shows: posterior and evidence of both, whatever the number of hypotheses (padding,
+    /// tiles) and of samples a pass.
+    #[test]
+    fn single_precision_in_one_pass_is_bayes(n in 1usize..70, seed in any::<u64>(), block in 1usize..9, rho in 0.0f64..0.9) {
+        let set = many(n, seed);
+        let rows = exact_inputs(&soil("lean_clay_22"), 24, seed);
+        let whitening = Some(Prewhitening::new(rho, 0.01).unwrap());
+        let mut oracle = MultipleModel::new(set.clone()).unwrap().with_prewhitening(whitening);
+        let mut fused = FusedModel::new(set, fine(), &contact(0.2, LOAD)).unwrap().with_prewhitening(whitening);
+        for o in &rows {
+            oracle.update(o).unwrap();
+        }
+        for some in rows.chunks(block) {
+            fused.update_block(some).unwrap();
+        }
+        prop_assert_eq!(fused.samples(), 24);
+        for (a, b) in fused.probabilities().iter().zip(oracle.probabilities()) {
+            prop_assert!((a - b).abs() < 1e-3, "{a} {b}");
+        }
+        prop_assert!((fused.log_evidence() - oracle.log_evidence()).abs() < 2e-2);
+        let (l, m) = (fused.log_likelihoods(), oracle.log_likelihoods());
+        for (a, b) in l.iter().zip(&m) {
+            prop_assert!((a - b).abs() < 2e-2 + 1e-3 * (m[oracle.map_index()] - b).abs(), "{a} {b}");
+        }
+    }
+}
+
+/// Blocks of any length are the same pass: with S fixed, to the rounding of single precision.
+#[test]
+fn time_blocking_is_exact() {
+    let rows = exact_inputs(&soil("lean_clay_22"), 60, 5);
+    let coarse = TableBox {
+        nodes: (8, 4),
+        ..fine()
+    };
+    let end = |block: usize| {
+        let mut fused = FusedModel::new(many(1100, 2), coarse, &contact(0.2, LOAD)).unwrap();
+        for some in rows.chunks(block) {
+            fused.update_block(some).unwrap();
+        }
+        fused.probabilities()
+    };
+    let one = end(1);
+    for block in [4, 16, 60] {
+        for (a, b) in one.iter().zip(end(block)) {
+            assert!((a - b).abs() < 1e-5, "{block}: {a} {b}");
+        }
+    }
+}
+
+/// Soils change under way: rivals fall thousands of nats behind and the winner changes. Nothing overflows, and the
+/// winner is that of double precision at every turn.
+#[test]
+fn a_winner_from_behind_is_found() {
+    let wide = TableBox {
+        load: (100.0, 500.0),
+        ..fine()
+    };
+    let mut fused = FusedModel::new(wong21(), wide, &contact(0.2, LOAD)).unwrap();
+    let mut oracle = MultipleModel::new(wong21()).unwrap();
+    let mut winners = std::collections::BTreeSet::new();
+    for (part, (id, n)) in [
+        ("dry_sand", 40),
+        ("lean_clay_22", 160),
+        ("lean_clay_22", 160),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        for mut o in exact_inputs(&soil(id), n, 1) {
+            o.time += 10.0 * part as f64;
+            fused.update(&o).unwrap();
+            oracle.update(&o).unwrap();
+        }
+        let p = fused.probabilities();
+        assert!(p.iter().all(|p| p.is_finite()));
+        assert!((p.iter().sum::<f64>() - 1.0).abs() < 1e-12);
+        assert_eq!(fused.map().id, oracle.map().id, "after {id}");
+        assert!((fused.log_evidence() / oracle.log_evidence() - 1.0).abs() < 1e-3);
+        winners.insert(fused.map().id.clone());
+    }
+    assert!(winners.len() > 1, "{winners:?}");
+}
+
+/// A whole log with noise in slip and load: the same winner as side sums, with an alarm that knows its residuals.
+#[test]
+fn it_names_the_soil_of_a_side() {
+    for id in ["dry_sand", "upland_sandy_loam", "lean_clay_22"] {
+        let rows = side(
+            &soil(id),
+            &sweep(80, 0.9, 0.1),
+            [200.0, 290.0],
+            0.0,
+            &mut rng(2, 0),
+        );
+        let mut fused = FusedModel::new(
+            wong21(),
+            TableBox {
+                load: (100.0, 500.0),
+                ..fine()
+            },
+            &contact(0.2, LOAD),
+        )
+        .unwrap();
+        for o in &rows {
+            fused.update(o).unwrap();
+        }
+        assert_eq!(fused.map().id, id);
+        let told = fused.consistency();
+        assert!(
+            !told.alarm && (0.6..1.4).contains(&told.nis_per_dof.unwrap()),
+            "{told:?}"
+        );
+    }
+}
+
+/// What it cannot do exactly it refuses, and a sample outside the table changes nothing.
+#[test]
+fn limits_are_typed() {
+    let at = contact(0.2, LOAD);
+    let small = TableBox {
+        nodes: (3, 12),
+        ..fine()
+    };
+    assert!(FusedModel::new(wong21(), small, &at).is_err());
+    let with = Arc::new(Registry::builtin().law("wong-reece+slip-sinkage").unwrap());
+    let mut p = soil("dry_sand");
+    p.push(0.2);
+    let effect = HypothesisSet::new(vec![Hypothesis {
+        id: "e".to_owned(),
+        law: with,
+        parameters: p,
+    }])
+    .unwrap();
+    assert!(matches!(
+        FusedModel::new(effect, fine(), &at),
+        Err(EstimatorError::NotSupported { .. })
+    ));
+    let options = EstimatorOptions {
+        choice: Choice::online(),
+        ..EstimatorOptions::new(at)
+    };
+    assert!(estimator("fused", wong21(), &options).is_err());
+    let mut fused = FusedModel::new(many(5, 1), fine(), &at).unwrap();
+    let mut rows = exact_inputs(&soil("lean_clay_22"), 3, 1);
+    fused.update(&rows[0]).unwrap();
+    let before = fused.probabilities();
+    rows[1].contacts[1].normal_load = 400.0;
+    assert!(matches!(
+        fused.update_block(&rows[1..]),
+        Err(EstimatorError::OutsideTable { .. })
+    ));
+    assert_eq!((fused.probabilities(), fused.samples()), (before, 1));
+}
