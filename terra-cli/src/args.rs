@@ -138,6 +138,9 @@ pub(crate) enum Command {
     /// Known data sets and formats to a log.
     ///
     /// Example: terra import norlab-drive husky_windows.parquet --out husky.csv
+    ///
+    /// A bag needs to be told which field of which topic each column is: terra import mcap run.mcap --map topics.toml --out
+    /// drive.csv
     Import {
         /// Which data set or format.
         kind: ImportArg,
@@ -146,6 +149,9 @@ pub(crate) enum Command {
         /// Log to write (CSV); for scm-json a catalogue (CSV) or, from a known soil, Chrono's JSON.
         #[arg(long)]
         out: PathBuf,
+        /// Topic map of a bag (TOML).
+        #[arg(long, value_name = "FILE")]
+        map: Option<PathBuf>,
     },
     /// How often the answer is right, on many runs with known truth.
     #[command(subcommand)]
@@ -177,6 +183,11 @@ pub(crate) enum Command {
     Completions {
         /// Shell.
         shell: clap_complete::Shell,
+    },
+    /// The manual page, as roff: terra man > terra.1
+    Man {
+        /// The page of one command, as in `terra man gap`.
+        command: Option<String>,
     },
 }
 
@@ -338,6 +349,12 @@ pub(crate) enum ImportArg {
     NorlabDrive,
     /// Motor currents of a Husky A200 on three surfaces (wheel_service.parquet).
     Borealtc,
+    /// Any flat Parquet file: its columns as they are.
+    Parquet,
+    /// A ROS 2 bag (MCAP), by a topic map.
+    Mcap,
+    /// The vectors of a MATLAB file (saved with -v6 or -v7).
+    Mat,
     /// A terrain of Chrono's soil contact model.
     ScmJson,
 }

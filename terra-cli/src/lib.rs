@@ -15,6 +15,7 @@ pub mod report;
 mod robot;
 mod start;
 mod sweep;
+pub mod tasks;
 
 use std::process::ExitCode;
 

@@ -57,6 +57,8 @@ pub use atomic::{atomic_write, atomic_write_new};
 pub use columns::{ContractColumn, contract_columns};
 pub use drive::{DriveLog, Segment, WHEELS};
 pub use error::{DataError, Place};
+#[cfg(feature = "mcap")]
+pub use import::import_mcap;
 pub use import::{
     ImportKind, ImportedLog, import, parse_scm_json, read_scm_json, scm_json, write_terrains,
     write_terrains_to,

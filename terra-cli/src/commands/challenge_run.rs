@@ -40,7 +40,7 @@ pub(crate) fn run(folder: &Path, out: &Path, quiet: bool) -> Result<(), CliError
     let done: Vec<Result<String, CliError>> = left
         .par_iter()
         .map(|(log, path)| {
-            let verdict = gap::diagnose(log, &rover, &settings).and_then(|v| {
+            let verdict = gap::diagnose_file(log, &rover, &settings).and_then(|v| {
                 output::json(Some(path), &to_json(&v.diagnosis, &v.provenance))?;
                 Ok(v.diagnosis.verdict.to_string())
             });

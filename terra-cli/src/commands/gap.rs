@@ -26,27 +26,54 @@ pub(crate) struct Verdict {
     curves: Option<GapCurves>,
 }
 
-/// Diagnoses one log as the command does.
-pub(crate) fn diagnose(
+/// A log and its rover file, wherever they come from.
+pub(crate) struct Case<'a> {
+    pub(crate) log: &'a LogFile<'a>,
+    pub(crate) log_name: &'a Path,
+    /// With its fingerprint.
+    pub(crate) rover: (Rover, String),
+    pub(crate) rover_name: &'a Path,
+    /// Where the rover file's own references start.
+    pub(crate) folder: &'a Path,
+    pub(crate) registry: &'a Registry,
+}
+
+/// Diagnoses one log file as the command does.
+pub(crate) fn diagnose_file(
     log: &Path,
     rover_path: &Path,
     settings: &dyn Fn(&Rover, LogKind) -> Result<Settings, CliError>,
 ) -> Result<Verdict, CliError> {
-    let (mut rover, rover_sha256) = rover(rover_path)?;
-    let terrains =
-        hypothesis_terrains(&rover.terrain, rover_path.parent().unwrap_or(Path::new("")))?;
-    let file = LogFile::open(log)?;
+    let rover = rover(rover_path)?;
+    let case = Case {
+        log: &LogFile::open(log)?,
+        log_name: log,
+        rover,
+        rover_name: rover_path,
+        folder: rover_path.parent().unwrap_or(Path::new("")),
+        registry: &Registry::builtin(),
+    };
+    diagnose(case, settings)
+}
+
+/// Diagnoses one log.
+pub(crate) fn diagnose(
+    case: Case<'_>,
+    settings: &dyn Fn(&Rover, LogKind) -> Result<Settings, CliError>,
+) -> Result<Verdict, CliError> {
+    let (mut rover, rover_sha256) = case.rover;
+    let (file, registry) = (case.log, case.registry);
+    let terrains = hypothesis_terrains(&rover.terrain, case.folder)?;
     let kind = file.kind(&rover)?;
     let settings = settings(&rover, kind)?;
-    let registry = Registry::builtin();
-    let in_files = |e: CliError| e.in_files(log, rover_path);
+    let in_files = |e: CliError| e.in_files(case.log_name, case.rover_name);
     let (prior, mut diagnosis, curves) = match kind {
         LogKind::Rig => {
             let log = file.rig(&rover)?;
             let prior =
-                complete(&mut rover, &Log::Rig(&log), &registry, &terrains).map_err(in_files)?;
+                complete(&mut rover, &Log::Rig(&log), registry, &terrains).map_err(in_files)?;
             let (d, predictor) =
-                diagnose_rig(&log, &rover, &registry, &settings).map_err(|e| in_files(e.into()))?;
+                diagnose_rig(&log, &rover, registry, &settings).map_err(|e| in_files(e.into()))?;
             let curves = GapCurves::of_rig(&d, &predictor);
             (prior, d, Some(curves))
         }
@@ -56,9 +83,9 @@ pub(crate) fn diagnose(
             let prior = if log.wheel_torque.is_none() {
                 Prior::Given
             } else {
-                complete(&mut rover, &Log::Drive(&log), &registry, &terrains).map_err(in_files)?
+                complete(&mut rover, &Log::Drive(&log), registry, &terrains).map_err(in_files)?
             };
-            let d = diagnose_drive(&log, &rover, &registry, &settings)
+            let d = diagnose_drive(&log, &rover, registry, &settings)
                 .map_err(|e| in_files(e.into()))?;
             (prior, d, None)
         }
@@ -127,7 +154,7 @@ pub(crate) fn run(args: &GapArgs, quiet: bool) -> Result<(), CliError> {
         Ok(settings)
     };
     let spinner = Spinner::start(quiet, "diagnosing");
-    let verdict = diagnose(&args.log, &args.rover, &settings)?;
+    let verdict = diagnose_file(&args.log, &args.rover, &settings)?;
     drop(spinner);
     let Verdict {
         diagnosis,
@@ -154,7 +181,10 @@ pub(crate) fn run(args: &GapArgs, quiet: bool) -> Result<(), CliError> {
     output::stdout(&format!("{said}{}", summary(&diagnosis)))
 }
 
-fn hold_out(asked: Option<HoldOutArg>, kind: LogKind) -> Result<Option<HoldOut>, CliError> {
+pub(crate) fn hold_out(
+    asked: Option<HoldOutArg>,
+    kind: LogKind,
+) -> Result<Option<HoldOut>, CliError> {
     Ok(match (asked, kind) {
         (None, _) => None,
         (Some(HoldOutArg::Slip), _) => Some(HoldOut::Slip),

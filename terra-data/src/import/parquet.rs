@@ -53,6 +53,7 @@ pub(crate) fn read(path: &Path, origin: &Origin) -> Result<Frame, DataError> {
         columns,
         origin: origin.clone(),
         rows,
+        notes: vec![],
     })
 }
 
@@ -70,6 +71,9 @@ fn value(field: &Field) -> Option<Option<f64>> {
         Field::UInt(v) => f64::from(*v),
         Field::Float(v) => f64::from(*v),
         Field::Double(v) => *v,
+        // A clock becomes seconds.
+        Field::TimestampMillis(v) => *v as f64 / 1e3,
+        Field::TimestampMicros(v) => *v as f64 / 1e6,
         _ => return None,
     }))
 }
