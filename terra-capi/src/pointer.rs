@@ -5,7 +5,6 @@
 )]
 
 use std::ffi::{CStr, c_char};
-use std::panic::AssertUnwindSafe;
 
 use crate::law::{TerraContact, TerraForces, TerraLaw};
 use crate::status::{Failure, TerraStatus, guarded, last_message, status};
@@ -116,11 +115,11 @@ pub unsafe extern "C" fn terra_law_set_terrain(
     law: *mut TerraLaw,
     terrain: *const c_char,
 ) -> TerraStatus {
-    guarded(AssertUnwindSafe(|| {
+    guarded(|| {
         // SAFETY: as documented above.
         let (law, terrain) = unsafe { (write(law, "law")?, words(terrain, "terrain")?) };
         law.set_terrain(terrain)
-    }))
+    })
 }
 
 /// Sets one parameter, in SI units and radians.
@@ -133,11 +132,11 @@ pub unsafe extern "C" fn terra_law_set_parameter(
     name: *const c_char,
     value: f64,
 ) -> TerraStatus {
-    guarded(AssertUnwindSafe(|| {
+    guarded(|| {
         // SAFETY: as documented above.
         let (law, name) = unsafe { (write(law, "law")?, words(name, "name")?) };
         law.set(name, value)
-    }))
+    })
 }
 
 /// The value of a parameter; NaN when it was never set.
@@ -150,13 +149,13 @@ pub unsafe extern "C" fn terra_law_get_parameter(
     name: *const c_char,
     out: *mut f64,
 ) -> TerraStatus {
-    guarded(AssertUnwindSafe(|| {
+    guarded(|| {
         // SAFETY: as documented above.
         let (law, name, out) =
             unsafe { (read(law, "law")?, words(name, "name")?, write(out, "out")?) };
         *out = law.get(name)?;
         Ok(())
-    }))
+    })
 }
 
 /// Forces of the ground on one wheel.
@@ -169,7 +168,7 @@ pub unsafe extern "C" fn terra_law_forces(
     contact: *const TerraContact,
     out: *mut TerraForces,
 ) -> TerraStatus {
-    guarded(AssertUnwindSafe(|| {
+    guarded(|| {
         // SAFETY: as documented above.
         let (law, contact, out) = unsafe {
             (
@@ -181,7 +180,7 @@ pub unsafe extern "C" fn terra_law_forces(
         *out = TerraForces::NONE;
         *out = law.forces(contact)?;
         Ok(())
-    }))
+    })
 }
 
 /// Forces of many wheels. Each has its own status in `statuses` (which may be null); the return value is the first that is
@@ -197,7 +196,7 @@ pub unsafe extern "C" fn terra_law_forces_many(
     out: *mut TerraForces,
     statuses: *mut TerraStatus,
 ) -> TerraStatus {
-    guarded(AssertUnwindSafe(|| {
+    guarded(|| {
         if count == 0 {
             return Ok(());
         }
@@ -226,7 +225,7 @@ pub unsafe extern "C" fn terra_law_forces_many(
             };
         }
         first.map_or(Ok(()), Err)
-    }))
+    })
 }
 
 /// Forces, and their exact slopes for an implicit integrator: `slopes` receives six numbers, drawbar pull by slip and by
@@ -241,7 +240,7 @@ pub unsafe extern "C" fn terra_law_forces_and_slopes(
     out: *mut TerraForces,
     slopes: *mut f64,
 ) -> TerraStatus {
-    guarded(AssertUnwindSafe(|| {
+    guarded(|| {
         // SAFETY: as documented above; an array of six is laid out as six numbers.
         let (law, contact, out, slopes) = unsafe {
             (
@@ -254,5 +253,5 @@ pub unsafe extern "C" fn terra_law_forces_and_slopes(
         (*out, *slopes) = (TerraForces::NONE, [f64::NAN; 6]);
         (*out, *slopes) = law.slopes(contact)?;
         Ok(())
-    }))
+    })
 }

@@ -11,7 +11,10 @@ use std::ptr::{null, null_mut};
 use terra_capi::*;
 
 fn said() -> String {
-    unsafe { CStr::from_ptr(terra_last_error()) }.to_str().unwrap().to_owned()
+    unsafe { CStr::from_ptr(terra_last_error()) }
+        .to_str()
+        .unwrap()
+        .to_owned()
 }
 
 fn law(name: &str) -> *mut TerraLaw {
@@ -90,24 +93,40 @@ fn parameters_by_name() {
     let made = law("wong-reece+slip-sinkage+grousers");
     let count = unsafe { terra_law_parameter_count(made) };
     let names: Vec<String> = (0..count)
-        .map(|k| unsafe { CStr::from_ptr(terra_law_parameter_name(made, k)) }.to_str().unwrap().to_owned())
+        .map(|k| {
+            unsafe { CStr::from_ptr(terra_law_parameter_name(made, k)) }
+                .to_str()
+                .unwrap()
+                .to_owned()
+        })
         .collect();
     assert!(unsafe { terra_law_parameter_name(made, count) }.is_null());
     assert!(names.contains(&"friction_angle".to_owned()), "{names:?}");
-    assert!(names.contains(&"slip-sinkage.magnitude".to_owned()), "{names:?}");
+    assert!(
+        names.contains(&"slip-sinkage.magnitude".to_owned()),
+        "{names:?}"
+    );
 
     let mut value = 0.0;
-    let get = |name: &CStr, value: &mut f64| unsafe { terra_law_get_parameter(made, name.as_ptr(), value) };
+    let get = |name: &CStr, value: &mut f64| unsafe {
+        terra_law_get_parameter(made, name.as_ptr(), value)
+    };
     assert_eq!(get(c"cohesion", &mut value), TerraStatus::Ok);
     assert!(value.is_nan(), "not set");
     assert_eq!(get(c"slip-sinkage.magnitude", &mut value), TerraStatus::Ok);
     assert_eq!(value, 0.0);
     // Without a soil there are no forces.
     let mut out = none();
-    assert_eq!(unsafe { terra_law_forces(made, &CONTACT, &mut out) }, TerraStatus::OutOfRange);
+    assert_eq!(
+        unsafe { terra_law_forces(made, &CONTACT, &mut out) },
+        TerraStatus::OutOfRange
+    );
     assert!(out.drawbar_pull.is_nan() && out.sinkage.is_nan());
 
-    assert_eq!(unsafe { terra_law_set_terrain(made, c"dry_sand".as_ptr()) }, TerraStatus::Ok);
+    assert_eq!(
+        unsafe { terra_law_set_terrain(made, c"dry_sand".as_ptr()) },
+        TerraStatus::Ok
+    );
     // 1.04 kPa, as Wong 2001 gives it.
     assert_eq!(get(c"cohesion", &mut value), TerraStatus::Ok);
     assert_eq!(value, 1040.0);
@@ -117,23 +136,44 @@ fn parameters_by_name() {
     assert_eq!(set(made, c"cohesoin", 2e3), TerraStatus::UnknownName);
     assert!(said().contains("'cohesion'"), "{}", said());
     assert_eq!(set(made, c"cohesion", f64::NAN), TerraStatus::OutOfRange);
-    assert_eq!(unsafe { terra_law_set_terrain(made, c"dry_snad".as_ptr()) }, TerraStatus::UnknownName);
+    assert_eq!(
+        unsafe { terra_law_set_terrain(made, c"dry_snad".as_ptr()) },
+        TerraStatus::UnknownName
+    );
     unsafe { terra_law_free(made) };
 }
 
 #[test]
 fn each_wheel_has_its_own_status() {
     let made = law("wong-reece");
-    assert_eq!(unsafe { terra_law_set_terrain(made, c"dry_sand".as_ptr()) }, TerraStatus::Ok);
+    assert_eq!(
+        unsafe { terra_law_set_terrain(made, c"dry_sand".as_ptr()) },
+        TerraStatus::Ok
+    );
     let contacts = [
         CONTACT,
-        TerraContact { normal_load: 1e9, ..CONTACT },
-        TerraContact { slip: 3.0, ..CONTACT },
-        TerraContact { slip: 0.5, ..CONTACT },
+        TerraContact {
+            normal_load: 1e9,
+            ..CONTACT
+        },
+        TerraContact {
+            slip: 3.0,
+            ..CONTACT
+        },
+        TerraContact {
+            slip: 0.5,
+            ..CONTACT
+        },
     ];
     let (mut out, mut statuses) = ([none(); 4], [TerraStatus::Internal; 4]);
     let first = unsafe {
-        terra_law_forces_many(made, contacts.as_ptr(), 4, out.as_mut_ptr(), statuses.as_mut_ptr())
+        terra_law_forces_many(
+            made,
+            contacts.as_ptr(),
+            4,
+            out.as_mut_ptr(),
+            statuses.as_mut_ptr(),
+        )
     };
     assert_eq!(first, TerraStatus::NoEquilibrium);
     use TerraStatus::*;
@@ -141,7 +181,10 @@ fn each_wheel_has_its_own_status() {
     assert!(out[1].drawbar_pull.is_nan() && out[2].drawbar_pull.is_nan());
     for k in [0, 3] {
         let mut alone = none();
-        assert_eq!(unsafe { terra_law_forces(made, &contacts[k], &mut alone) }, Ok);
+        assert_eq!(
+            unsafe { terra_law_forces(made, &contacts[k], &mut alone) },
+            Ok
+        );
         assert_eq!(alone, out[k]);
     }
     unsafe { terra_law_free(made) };
@@ -151,9 +194,13 @@ fn each_wheel_has_its_own_status() {
 #[test]
 fn slopes_are_those_of_the_forces() {
     let made = law("wong-reece");
-    assert_eq!(unsafe { terra_law_set_terrain(made, c"dry_sand".as_ptr()) }, TerraStatus::Ok);
+    assert_eq!(
+        unsafe { terra_law_set_terrain(made, c"dry_sand".as_ptr()) },
+        TerraStatus::Ok
+    );
     let (mut out, mut slopes) = (none(), [0.0; 6]);
-    let status = unsafe { terra_law_forces_and_slopes(made, &CONTACT, &mut out, slopes.as_mut_ptr()) };
+    let status =
+        unsafe { terra_law_forces_and_slopes(made, &CONTACT, &mut out, slopes.as_mut_ptr()) };
     assert_eq!(status, TerraStatus::Ok);
     let at = |slip: f64, load: f64| {
         let contact = TerraContact {
@@ -162,7 +209,10 @@ fn slopes_are_those_of_the_forces() {
             ..CONTACT
         };
         let mut f = none();
-        assert_eq!(unsafe { terra_law_forces(made, &contact, &mut f) }, TerraStatus::Ok);
+        assert_eq!(
+            unsafe { terra_law_forces(made, &contact, &mut f) },
+            TerraStatus::Ok
+        );
         [f.drawbar_pull, f.resistive_torque, f.sinkage]
     };
     for (column, (slip, load)) in [(1e-6, 0.0), (0.0, 1e-3)].into_iter().enumerate() {
@@ -170,7 +220,10 @@ fn slopes_are_those_of_the_forces() {
         for row in 0..3 {
             let expected = (above[row] - below[row]) / (2.0 * (slip + load));
             let found = slopes[2 * row + column];
-            assert!((found - expected).abs() < 1e-6 * (1.0 + expected.abs()), "{row} {column}: {found} {expected}");
+            assert!(
+                (found - expected).abs() < 1e-6 * (1.0 + expected.abs()),
+                "{row} {column}: {found} {expected}"
+            );
         }
     }
     unsafe { terra_law_free(made) };
@@ -178,6 +231,10 @@ fn slopes_are_those_of_the_forces() {
 
 #[test]
 fn the_header_knows_its_version() {
-    let header = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/include/terra.h")).unwrap();
-    assert!(header.contains(&format!("#define TERRA_ABI_VERSION {}\n", terra_abi_version())));
+    let header =
+        std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/include/terra.h")).unwrap();
+    assert!(header.contains(&format!(
+        "#define TERRA_ABI_VERSION {}\n",
+        terra_abi_version()
+    )));
 }

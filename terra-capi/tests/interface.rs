@@ -37,7 +37,11 @@ fn the_header_is_what_the_sources_say() {
 
 /// Where cargo puts the shared library that the tests are built beside.
 fn libraries() -> PathBuf {
-    std::env::current_exe().unwrap().parent().unwrap().to_owned()
+    std::env::current_exe()
+        .unwrap()
+        .parent()
+        .unwrap()
+        .to_owned()
 }
 
 #[test]
@@ -69,20 +73,34 @@ fn the_example_in_c_gets_the_numbers_of_rust() {
     let ran = Command::new(&program).output().unwrap();
     let said = String::from_utf8(ran.stderr).unwrap();
     assert!(ran.status.success(), "{said}");
-    assert!(said.contains("'wong-rece'") && said.contains("'wong-reece'"), "{said}");
+    assert!(
+        said.contains("'wong-rece'") && said.contains("'wong-reece'"),
+        "{said}"
+    );
 
     let law = Registry::builtin().law("wong-reece+slip-sinkage").unwrap();
-    let mut p = catalogue::find("dry_sand").unwrap().parameters(law.model()).unwrap();
+    let mut p = catalogue::find("dry_sand")
+        .unwrap()
+        .parameters(law.model())
+        .unwrap();
     p.push(0.3);
     let out = String::from_utf8(ran.stdout).unwrap();
     let mut lines = out.lines();
-    assert_eq!(lines.next(), Some("slip,drawbar_pull_N,torque_N_m,sinkage_m"));
+    assert_eq!(
+        lines.next(),
+        Some("slip,drawbar_pull_N,torque_N_m,sinkage_m")
+    );
     let mut rows = 0;
     for line in lines {
         let row: Vec<f64> = line.split(',').map(|c| c.parse().unwrap()).collect();
-        let f = law.forces(&p, &Contact::new(row[0], 245.25, 0.254, 0.15)).unwrap();
+        let f = law
+            .forces(&p, &Contact::new(row[0], 245.25, 0.254, 0.15))
+            .unwrap();
         // Seventeen digits read back to the same bits.
-        assert_eq!(row[1..], [f.drawbar_pull, f.resistive_torque, f.sinkage.unwrap()]);
+        assert_eq!(
+            row[1..],
+            [f.drawbar_pull, f.resistive_torque, f.sinkage.unwrap()]
+        );
         rows += 1;
     }
     assert_eq!(rows, 9);

@@ -43,7 +43,10 @@ class DigsIn:
     """The built-in slip-sinkage, n + e |s|, said again."""
 
     name = "digs-in"
-    parameters = [terra.Parameter("magnitude", min=0.0, max=2.0, prior_sd=0.3)]
+    like = next(e for e in terra.effects() if e["name"] == "slip-sinkage")["parameters"][0]
+    parameters = [
+        terra.Parameter("magnitude", min=like["min"], max=like["max"], scale=like["scale"], prior_sd=like["prior_sd"])
+    ]  # fmt: skip
     needs = ["sinkage exponent"]
 
     def before(self, e, at):

@@ -7,6 +7,7 @@ mod bad_input;
 mod cases;
 mod challenge;
 mod cite;
+mod corpus;
 mod demo;
 mod drive;
 mod init;
