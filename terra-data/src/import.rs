@@ -137,6 +137,22 @@ impl ImportedLog {
     }
 }
 
+/// Runs another library's reader. Damaged files make some of them panic (on numbers that overflow, say): here that is an
+/// error like any other.
+#[cfg(any(feature = "parquet", feature = "mcap"))]
+fn guarded<T>(
+    origin: &Origin,
+    format: &str,
+    read: impl FnOnce() -> Result<T, DataError>,
+) -> Result<T, DataError> {
+    // What it had read is dropped, so nothing half done is left behind.
+    std::panic::catch_unwind(std::panic::AssertUnwindSafe(read)).unwrap_or_else(|_| {
+        Err(origin.fail_file(Problem::Unreadable {
+            reason: format!("the {format} is damaged"),
+        }))
+    })
+}
+
 /// Imports a data set from its file, or from the folder that holds it.
 ///
 /// # Errors

@@ -13,7 +13,7 @@ mod stream;
 use std::path::Path;
 
 use crate::error::{DataError, Origin};
-use crate::import::{Cell, ImportedLog};
+use crate::import::{Cell, ImportedLog, guarded};
 use crate::names::nearest;
 use crate::problem::Problem;
 use crate::source::{open, read_text};
@@ -35,7 +35,8 @@ pub fn import_mcap(bag: impl AsRef<Path>, map: impl AsRef<Path>) -> Result<Impor
     let text = read_text(map, &origin, "a topic map")?;
     let map = Map::parse(&text, origin)?;
     let origin = Origin::data(&bag.display().to_string());
-    let topics = stream::read(open(bag, &origin)?, &origin, &map)?;
+    let file = open(bag, &origin)?;
+    let topics = guarded(&origin, "bag", || stream::read(file, &origin, &map))?;
     log(&map, &topics, &origin)
 }
 

@@ -18,6 +18,9 @@ use crate::source::unreadable;
 /// Largest record: a length in a damaged file must not become an allocation.
 const LARGEST: usize = 1 << 30;
 
+/// Most bytes read at once.
+const PIECE: usize = 1 << 20;
+
 /// The samples of one column.
 #[derive(Clone, Debug)]
 pub(crate) enum Samples {
@@ -77,7 +80,8 @@ pub(crate) fn read(mut file: File, origin: &Origin, map: &Map) -> Result<Vec<Top
     while let Some(event) = reader.next_event() {
         match event.map_err(damaged)? {
             LinearReadEvent::ReadRequest(n) => {
-                let n = n.min(LARGEST);
+                // A length is believed only as far as there are bytes.
+                let n = n.min(PIECE);
                 let got = file
                     .read(reader.insert(n))
                     .map_err(|e| unreadable(origin, &e))?;
