@@ -153,6 +153,9 @@ pub(crate) enum Command {
         #[arg(long, value_name = "FILE")]
         map: Option<PathBuf>,
     },
+    /// A soil, known or identified, for another simulator.
+    #[command(subcommand)]
+    Export(Export),
     /// How often the answer is right, on many runs with known truth.
     #[command(subcommand)]
     Campaign(Campaign),
@@ -247,6 +250,59 @@ pub(crate) enum Campaign {
         /// JSON to write.
         #[arg(long, value_name = "FILE")]
         json: Option<PathBuf>,
+    },
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct ExportSoil {
+    /// A soil of `terra terrains`, or what `terra identify --json` wrote: then its refined soil.
+    pub(crate) soil: String,
+    /// Group of the identification (left, right, all ...), where it has several.
+    #[arg(long)]
+    pub(crate) group: Option<String>,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Export {
+    /// Chrono's soil contact model (JSON).
+    ScmJson {
+        #[command(flatten)]
+        soil: ExportSoil,
+        /// File to write (standard output when absent).
+        #[arg(long)]
+        out: Option<PathBuf>,
+    },
+    /// The slip compliance that rigid-body simulators (Gazebo, ODE) take, by load, with the slips up to which it holds.
+    ///
+    /// Example: terra export slip-compliance dry_sand --radius_m 0.254 --width_m 0.15 --load_N 150,250,350
+    SlipCompliance {
+        #[command(flatten)]
+        soil: ExportSoil,
+        /// Wheel radius in m.
+        #[arg(long = "radius_m", alias = "radius-m", value_name = "R")]
+        radius: f64,
+        /// Wheel width in m.
+        #[arg(long = "width_m", alias = "width-m", value_name = "B")]
+        width: f64,
+        /// Normal loads in N.
+        #[arg(
+            long = "load_N",
+            alias = "load-N",
+            alias = "load_n",
+            value_name = "W,...",
+            value_delimiter = ',',
+            required = true
+        )]
+        load: Vec<f64>,
+        /// Terrain model.
+        #[arg(long, default_value = "wong-reece")]
+        model: String,
+        /// How far the line may be from the law, as a share of the largest traction on its range.
+        #[arg(long, default_value_t = 0.1)]
+        tolerance: f64,
+        /// File to write (CSV; standard output when absent).
+        #[arg(long)]
+        out: Option<PathBuf>,
     },
 }
 

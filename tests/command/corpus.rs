@@ -4,7 +4,9 @@
 use std::collections::BTreeMap;
 use std::fs;
 
-use terra::data::{DataError, LogKind, parse_rover, read_drive_log_from, read_rig_log_from, read_rover};
+use terra::data::{
+    DataError, LogKind, parse_rover, read_drive_log_from, read_rig_log_from, read_rover,
+};
 use terra::sim::{Scenario, SimError};
 
 use crate::support::{example, logs};
@@ -107,26 +109,78 @@ fn rows(corpus: &mut Corpus, file: File, good: &Table, numbers: &[usize]) {
         for (m, (name, text)) in NO_NUMBERS.iter().enumerate() {
             let at = numbers[(m + 5 * k) % numbers.len()];
             let bytes = good.with(|t| t[row][at] = (*text).to_owned());
-            corpus.add(file, format!("{name} in row {row}"), bytes, "BadNumber", line, at as u64 + 1);
+            corpus.add(
+                file,
+                format!("{name} in row {row}"),
+                bytes,
+                "BadNumber",
+                line,
+                at as u64 + 1,
+            );
         }
         let at = numbers[k % numbers.len()];
         let column = at as u64 + 1;
         let bytes = good.with(|t| t[row][at].insert(1, '\0'));
-        corpus.add(file, format!("a NUL in row {row}"), bytes, "Nul", line, column);
+        corpus.add(
+            file,
+            format!("a NUL in row {row}"),
+            bytes,
+            "Nul",
+            line,
+            column,
+        );
         let bytes = good.with(|t| t[row][at].insert(0, '"'));
-        corpus.add(file, format!("an open quote in row {row}"), bytes, "UnclosedQuote", line, column);
+        corpus.add(
+            file,
+            format!("an open quote in row {row}"),
+            bytes,
+            "UnclosedQuote",
+            line,
+            column,
+        );
         let bytes = good.with(|t| t[row][at] = "\u{1}".to_owned()).into_bytes();
-        let bytes: Vec<u8> = bytes.into_iter().map(|b| if b == 1 { 0xe9 } else { b }).collect();
-        corpus.add(file, format!("Latin-1 in row {row}"), bytes, "NotUtf8", line, column);
+        let bytes: Vec<u8> = bytes
+            .into_iter()
+            .map(|b| if b == 1 { 0xe9 } else { b })
+            .collect();
+        corpus.add(
+            file,
+            format!("Latin-1 in row {row}"),
+            bytes,
+            "NotUtf8",
+            line,
+            column,
+        );
         let bytes = good.with(|t| t[row].truncate(width as usize - 1));
-        corpus.add(file, format!("a cell too few in row {row}"), bytes, "RaggedRow", line, width);
+        corpus.add(
+            file,
+            format!("a cell too few in row {row}"),
+            bytes,
+            "RaggedRow",
+            line,
+            width,
+        );
         let bytes = good.with(|t| t[row].push("7".to_owned()));
-        corpus.add(file, format!("a cell too many in row {row}"), bytes, "RaggedRow", line, width + 1);
+        corpus.add(
+            file,
+            format!("a cell too many in row {row}"),
+            bytes,
+            "RaggedRow",
+            line,
+            width + 1,
+        );
         let bytes = good.with(|t| {
             let header = t[0].clone();
             t.insert(row, header);
         });
-        corpus.add(file, format!("the header again before row {row}"), bytes, "BadNumber", line, numbers.iter().min().unwrap().to_owned() as u64 + 1);
+        corpus.add(
+            file,
+            format!("the header again before row {row}"),
+            bytes,
+            "BadNumber",
+            line,
+            numbers.iter().min().unwrap().to_owned() as u64 + 1,
+        );
     }
 }
 
@@ -136,20 +190,76 @@ fn files(corpus: &mut Corpus, file: File, good: &Table) {
     let utf16: Vec<u8> = text.encode_utf16().flat_map(u16::to_le_bytes).collect();
     corpus.add(file, "no bytes", "", "Empty", None, None);
     corpus.add(file, "blank lines", "\n\n\r\n", "Empty", None, None);
-    corpus.add(file, "header only", good.0[0].join(",") + "\n", "NoRows", 1, None);
+    corpus.add(
+        file,
+        "header only",
+        good.0[0].join(",") + "\n",
+        "NoRows",
+        1,
+        None,
+    );
     corpus.add(file, "UTF-16", utf16, "Utf16", None, None);
-    corpus.add(file, "gzip", [b"\x1f\x8b\x08".as_slice(), text.as_bytes()].concat(), "Compressed", None, None);
-    corpus.add(file, "zip", [b"PK\x03\x04".as_slice(), text.as_bytes()].concat(), "Compressed", None, None);
-    corpus.add(file, "Parquet", [b"PAR1".as_slice(), text.as_bytes()].concat(), "Binary", None, None);
-    corpus.add(file, "a bag", [b"\x89MCAP0\r\n".as_slice(), text.as_bytes()].concat(), "Binary", None, None);
-    corpus.add(file, "semicolons", text.replace(',', ";"), "WrongDelimiter", 1, None);
-    corpus.add(file, "tabs", text.replace(',', "\t"), "WrongDelimiter", 1, None);
+    corpus.add(
+        file,
+        "gzip",
+        [b"\x1f\x8b\x08".as_slice(), text.as_bytes()].concat(),
+        "Compressed",
+        None,
+        None,
+    );
+    corpus.add(
+        file,
+        "zip",
+        [b"PK\x03\x04".as_slice(), text.as_bytes()].concat(),
+        "Compressed",
+        None,
+        None,
+    );
+    corpus.add(
+        file,
+        "Parquet",
+        [b"PAR1".as_slice(), text.as_bytes()].concat(),
+        "Binary",
+        None,
+        None,
+    );
+    corpus.add(
+        file,
+        "a bag",
+        [b"\x89MCAP0\r\n".as_slice(), text.as_bytes()].concat(),
+        "Binary",
+        None,
+        None,
+    );
+    corpus.add(
+        file,
+        "semicolons",
+        text.replace(',', ";"),
+        "WrongDelimiter",
+        1,
+        None,
+    );
+    corpus.add(
+        file,
+        "tabs",
+        text.replace(',', "\t"),
+        "WrongDelimiter",
+        1,
+        None,
+    );
     // Cut inside the last row, behind the k-th cell.
     let last = good.0.len();
     for cells in 1..good.0[0].len().min(6) {
         let bytes = good.with(|t| t[last - 1].truncate(cells));
         let bytes = bytes.trim_end_matches('\n');
-        corpus.add(file, format!("cut behind cell {cells}"), bytes, "CutLastLine", last as u64, cells as u64);
+        corpus.add(
+            file,
+            format!("cut behind cell {cells}"),
+            bytes,
+            "CutLastLine",
+            last as u64,
+            cells as u64,
+        );
     }
 }
 
@@ -160,9 +270,23 @@ fn header(corpus: &mut Corpus, file: File, good: &Table, required: &[&str]) {
         let bytes = good.with(|t| t.iter_mut().for_each(|row| drop(row.remove(at))));
         corpus.add(file, format!("no {name}"), bytes, "MissingColumn", 1, None);
         let bytes = good.with(|t| t[0][at].push('x'));
-        corpus.add(file, format!("{name}x"), bytes, "MissingColumn", 1, at as u64 + 1);
+        corpus.add(
+            file,
+            format!("{name}x"),
+            bytes,
+            "MissingColumn",
+            1,
+            at as u64 + 1,
+        );
         let bytes = good.with(|t| t.iter_mut().for_each(|row| row.push(row[at].clone())));
-        corpus.add(file, format!("{name} twice"), bytes, "DuplicateColumn", 1, good.0[0].len() as u64 + 1);
+        corpus.add(
+            file,
+            format!("{name} twice"),
+            bytes,
+            "DuplicateColumn",
+            1,
+            good.0[0].len() as u64 + 1,
+        );
     }
 }
 
@@ -183,17 +307,49 @@ fn drive(corpus: &mut Corpus) {
     let column = at as u64 + 1;
     for row in good.rows() {
         let line = row as u64 + 1;
-        for (name, cell) in [("no time", ""), ("no time (NaN)", "nan"), ("endless time", "1e999")] {
+        for (name, cell) in [
+            ("no time", ""),
+            ("no time (NaN)", "nan"),
+            ("endless time", "1e999"),
+        ] {
             let bytes = good.with(|t| t[row][at] = cell.to_owned());
-            corpus.add(File::Drive, format!("{name} in row {row}"), bytes, "MissingTime", line, column);
+            corpus.add(
+                File::Drive,
+                format!("{name} in row {row}"),
+                bytes,
+                "MissingTime",
+                line,
+                column,
+            );
         }
         let bytes = good.with(|t| t.insert(row, t[row].clone()));
-        corpus.add(File::Drive, format!("row {row} twice"), bytes, "TimeNotIncreasing", line + 1, column);
+        corpus.add(
+            File::Drive,
+            format!("row {row} twice"),
+            bytes,
+            "TimeNotIncreasing",
+            line + 1,
+            column,
+        );
         if row > 1 {
             let bytes = good.with(|t| t.swap(row, row - 1));
-            corpus.add(File::Drive, format!("rows {} and {row} swapped", row - 1), bytes, "TimeNotIncreasing", line, column);
+            corpus.add(
+                File::Drive,
+                format!("rows {} and {row} swapped", row - 1),
+                bytes,
+                "TimeNotIncreasing",
+                line,
+                column,
+            );
             let bytes = good.with(|t| t[row][at] = "-3600".to_owned());
-            corpus.add(File::Drive, format!("the clock back an hour in row {row}"), bytes, "TimeNotIncreasing", line, column);
+            corpus.add(
+                File::Drive,
+                format!("the clock back an hour in row {row}"),
+                bytes,
+                "TimeNotIncreasing",
+                line,
+                column,
+            );
         }
     }
 }
@@ -210,7 +366,14 @@ fn rig(corpus: &mut Corpus) {
     for row in good.rows() {
         for (name, cell) in [("half a pass", "1.5"), ("pass 0", "0"), ("pass -1", "-1")] {
             let bytes = good.with(|t| t[row][pass] = cell.to_owned());
-            corpus.add(File::Rig, format!("{name} in row {row}"), bytes, "BadValue", row as u64 + 1, pass as u64 + 1);
+            corpus.add(
+                File::Rig,
+                format!("{name} in row {row}"),
+                bytes,
+                "BadValue",
+                row as u64 + 1,
+                pass as u64 + 1,
+            );
         }
     }
 }
@@ -262,22 +425,77 @@ fn rover(corpus: &mut Corpus) {
         let text = fs::read_to_string(example(name)).unwrap();
         parse_rover(&text, name).unwrap();
         let noise = text.lines().position(|l| l == "[noise]").unwrap() as u64 + 1;
-        for Key { table, line, key, value } in keys(&text) {
+        for Key {
+            table,
+            line,
+            key,
+            value,
+        } in keys(&text)
+        {
             let changed = |new: Option<String>| with_line(&text, line, new);
             let mut put = |what: &str, new: Option<String>, kind, line: u64, column: u64| {
-                corpus.add(File::Rover, format!("{name}: {key} {what}"), changed(new), kind, line, column);
+                corpus.add(
+                    File::Rover,
+                    format!("{name}: {key} {what}"),
+                    changed(new),
+                    kind,
+                    line,
+                    column,
+                );
             };
-            put("as text", Some(format!("{key} = \"1\"")), "WrongType", line, value);
-            put("as a list", Some(format!("{key} = [1.0]")), "WrongType", line, value);
-            put("not a number", Some(format!("{key} = nan")), "NotFinite", line, value);
-            put("endless", Some(format!("{key} = -inf")), "NotFinite", line, value);
-            put("twice", Some(format!("{key} = 1\n{key} = 1")), "Syntax", line + 1, 1);
+            put(
+                "as text",
+                Some(format!("{key} = \"1\"")),
+                "WrongType",
+                line,
+                value,
+            );
+            put(
+                "as a list",
+                Some(format!("{key} = [1.0]")),
+                "WrongType",
+                line,
+                value,
+            );
+            put(
+                "not a number",
+                Some(format!("{key} = nan")),
+                "NotFinite",
+                line,
+                value,
+            );
+            put(
+                "endless",
+                Some(format!("{key} = -inf")),
+                "NotFinite",
+                line,
+                value,
+            );
+            put(
+                "twice",
+                Some(format!("{key} = 1\n{key} = 1")),
+                "Syntax",
+                line + 1,
+                1,
+            );
             let length = ["mass", "inertia", "track", "wheelbase", "radius", "width"];
             if length.iter().any(|w| key.contains(w)) {
-                put("negative", Some(format!("{key} = -1.0")), "OutOfRange", line, value);
+                put(
+                    "negative",
+                    Some(format!("{key} = -1.0")),
+                    "OutOfRange",
+                    line,
+                    value,
+                );
             }
             if table < noise {
-                put("misspelt", Some(format!("{key}x = 1.0")), "UnknownKey", line, 1);
+                put(
+                    "misspelt",
+                    Some(format!("{key}x = 1.0")),
+                    "UnknownKey",
+                    line,
+                    1,
+                );
                 // The table that lacks it, behind its bracket.
                 put("gone", None, "MissingKey", table, 2);
             }
@@ -286,18 +504,38 @@ fn rover(corpus: &mut Corpus) {
 }
 
 fn scenario(corpus: &mut Corpus) {
-    for name in ["paper/lean_clay.toml", "paper/dry_sand.toml", "rig/slip_sinkage.toml"] {
+    for name in [
+        "paper/lean_clay.toml",
+        "paper/dry_sand.toml",
+        "rig/slip_sinkage.toml",
+    ] {
         let text = fs::read_to_string(example(name)).unwrap();
         Scenario::parse(&text, name).unwrap();
-        for Key { line, key, value, .. } in keys(&text) {
+        for Key {
+            line, key, value, ..
+        } in keys(&text)
+        {
             let changed = |new: &str| with_line(&text, line, Some(new.to_owned()));
             let mut put = |what: &str, new: String, kind, line: u64, column: u64| {
-                corpus.add(File::Scenario, format!("{name}: {key} {what}"), changed(&new), kind, line, column);
+                corpus.add(
+                    File::Scenario,
+                    format!("{name}: {key} {what}"),
+                    changed(&new),
+                    kind,
+                    line,
+                    column,
+                );
             };
             put("as text", format!("{key} = \"1\""), "expected", line, value);
             put("true", format!("{key} = true"), "expected", line, value);
             put("misspelt", format!("{key}x = 1"), "unknown key", line, 1);
-            put("twice", format!("{key} = 1\n{key} = 1"), "duplicate key", line + 1, 1);
+            put(
+                "twice",
+                format!("{key} = 1\n{key} = 1"),
+                "duplicate key",
+                line + 1,
+                1,
+            );
             put("without a value", format!("{key} ="), "", line, value - 1);
         }
         for (line, text_line) in text.lines().enumerate() {
@@ -305,15 +543,39 @@ fn scenario(corpus: &mut Corpus) {
                 continue;
             };
             let bytes = with_line(&text, line, Some(format!("{key} = 3")));
-            corpus.add(File::Scenario, format!("{name}: {key} as a number"), bytes, "expected", line, key.len() as u64 + 4);
+            corpus.add(
+                File::Scenario,
+                format!("{name}: {key} as a number"),
+                bytes,
+                "expected",
+                line,
+                key.len() as u64 + 4,
+            );
             let bytes = with_line(&text, line, Some(format!("{key} = \"open")));
-            corpus.add(File::Scenario, format!("{name}: {key} never closed"), bytes, "", line, None);
+            corpus.add(
+                File::Scenario,
+                format!("{name}: {key} never closed"),
+                bytes,
+                "",
+                line,
+                None,
+            );
         }
         // What must be there, at the top of the file.
         for key in ["seed", "rover", "terrain"] {
-            let line = text.lines().position(|l| l.starts_with(&format!("{key} = "))).unwrap();
+            let line = text
+                .lines()
+                .position(|l| l.starts_with(&format!("{key} = ")))
+                .unwrap();
             let bytes = with_line(&text, line as u64 + 1, None);
-            corpus.add(File::Scenario, format!("{name}: no {key}"), bytes, "missing key", 1, 1);
+            corpus.add(
+                File::Scenario,
+                format!("{name}: no {key}"),
+                bytes,
+                "missing key",
+                1,
+                1,
+            );
         }
     }
 }
@@ -338,15 +600,24 @@ fn answer(bad: &Bad) -> Result<(), (String, Option<u64>, Option<u64>, String)> {
     let bytes = bad.bytes.as_slice();
     let text = || std::str::from_utf8(bytes).unwrap();
     match bad.file {
-        File::Drive => read_drive_log_from(bytes, "bad.csv", &nominal("rover.toml")).map(drop).map_err(told),
-        File::Rig => read_rig_log_from(bytes, "bad.csv", &nominal("rig.toml")).map(drop).map_err(told),
+        File::Drive => read_drive_log_from(bytes, "bad.csv", &nominal("rover.toml"))
+            .map(drop)
+            .map_err(told),
+        File::Rig => read_rig_log_from(bytes, "bad.csv", &nominal("rig.toml"))
+            .map(drop)
+            .map_err(told),
         File::Rover => parse_rover(text(), "bad.toml").map(drop).map_err(told),
-        File::Scenario => Scenario::parse(text(), "bad.toml").map(drop).map_err(|e| match e {
-            SimError::Scenario(e) => {
-                (e.message.clone(), Some(e.line as u64), Some(e.column as u64), e.to_string())
-            }
-            other => (other.to_string(), None, None, other.to_string()),
-        }),
+        File::Scenario => Scenario::parse(text(), "bad.toml")
+            .map(drop)
+            .map_err(|e| match e {
+                SimError::Scenario(e) => (
+                    e.message.clone(),
+                    Some(e.line as u64),
+                    Some(e.column as u64),
+                    e.to_string(),
+                ),
+                other => (other.to_string(), None, None, other.to_string()),
+            }),
     }
 }
 
@@ -354,8 +625,18 @@ fn answer(bad: &Bad) -> Result<(), (String, Option<u64>, Option<u64>, String)> {
 fn every_bad_file_gets_its_error_line_and_column() {
     // The files the corpus is made from are good.
     let read = |file: &str| fs::read(logs().join(file)).unwrap();
-    read_drive_log_from(read("drive.csv").as_slice(), "good", &read_rover(logs().join("rover.toml")).unwrap()).unwrap();
-    read_rig_log_from(read("rig.csv").as_slice(), "good", &read_rover(logs().join("rig.toml")).unwrap()).unwrap();
+    read_drive_log_from(
+        read("drive.csv").as_slice(),
+        "good",
+        &read_rover(logs().join("rover.toml")).unwrap(),
+    )
+    .unwrap();
+    read_rig_log_from(
+        read("rig.csv").as_slice(),
+        "good",
+        &read_rover(logs().join("rig.toml")).unwrap(),
+    )
+    .unwrap();
     assert_eq!(LogKind::Drive.words(), "drive log");
 
     let corpus = corpus();
@@ -373,14 +654,26 @@ fn every_bad_file_gets_its_error_line_and_column() {
                     File::Scenario => kind.contains(bad.kind),
                     _ => kind == bad.kind,
                 };
-                let same_column = bad.file == File::Scenario && bad.column.is_none() || column == bad.column;
+                let same_column =
+                    bad.file == File::Scenario && bad.column.is_none() || column == bad.column;
                 if !same_kind || line != bad.line || !same_column {
-                    wrong.push(format!("{name}: expected {expected:?}, found {line:?} {column:?}: {text}"));
+                    wrong.push(format!(
+                        "{name}: expected {expected:?}, found {line:?} {column:?}: {text}"
+                    ));
                 }
             }
         }
     }
-    assert!(wrong.is_empty(), "{} of {} ({counts:?}):\n{}", wrong.len(), corpus.0.len(), wrong.join("\n"));
+    assert!(
+        wrong.is_empty(),
+        "{} of {} ({counts:?}):\n{}",
+        wrong.len(),
+        corpus.0.len(),
+        wrong.join("\n")
+    );
     assert!(corpus.0.len() >= 200, "{counts:?}");
-    assert!(counts.len() == 4 && counts.values().all(|n| *n >= 40), "{counts:?}");
+    assert!(
+        counts.len() == 4 && counts.values().all(|n| *n >= 40),
+        "{counts:?}"
+    );
 }

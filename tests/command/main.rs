@@ -10,6 +10,7 @@ mod cite;
 mod corpus;
 mod demo;
 mod drive;
+mod export;
 mod init;
 mod inspect;
 mod lists;

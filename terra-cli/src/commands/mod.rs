@@ -6,6 +6,7 @@ mod challenge_run;
 mod cite;
 mod demo;
 pub(crate) mod estimate;
+mod export;
 pub(crate) mod gap;
 pub(crate) mod identify;
 mod import;
@@ -59,6 +60,7 @@ pub(crate) fn dispatch(args: Args) -> Result<(), CliError> {
         } => estimate::run(&log, &rover, &filter, smooth, out.as_deref(), quiet),
         Command::Identify(args) => identify::run(&args, quiet),
         Command::Gap(args) => gap::run(&args, quiet),
+        Command::Export(what) => export::run(&what),
         Command::Import {
             kind,
             source,
