@@ -70,6 +70,11 @@ const STEPS: &[Step] = &[
         run: docs,
     },
     Step {
+        name: "readers",
+        claim: "every optional reader gives the log that was written",
+        run: readers,
+    },
+    Step {
         name: "python",
         claim: "the Python package builds, lints, documents and gives the command's numbers",
         run: python::check,
@@ -135,6 +140,24 @@ fn docs() -> Result<Outcome, String> {
     let arguments = ["doc", "--workspace", "--exclude", "terra-py", "--no-deps"];
     run_command(cargo(&arguments).env("RUSTDOCFLAGS", "-D warnings"))?;
     Ok(Outcome::Passed)
+}
+
+/// With features that the default build leaves out; their C parts need a compiler.
+fn readers() -> Result<Outcome, String> {
+    if !installed("cc") {
+        return Ok(Outcome::Skipped("there is no C compiler"));
+    }
+    passes(&[
+        "clippy",
+        "--package",
+        "terra-data",
+        "--all-features",
+        "--all-targets",
+        "--",
+        "-D",
+        "warnings",
+    ])?;
+    passes(&["test", "--package", "terra-data", "--all-features"])
 }
 
 fn dependency_rule() -> Result<Outcome, String> {
