@@ -65,6 +65,9 @@ fn wheel() -> Result<String, String> {
             "--locked",
             "--profile",
             "dev",
+            // Stripping is part of the profile: with it all dependencies would be built a second time.
+            "--strip",
+            "false",
             "--out",
             &to,
         ],

@@ -1,5 +1,12 @@
 //! One drive in every format its users have: each reader gives the log of the CSV, to rounding. The files are written by
 //! other people's libraries (`files/make.py`).
+#![cfg_attr(
+    not(any(feature = "mat", feature = "mcap", feature = "parquet")),
+    allow(
+        dead_code,
+        reason = "nothing optional is built, so nothing is compared"
+    )
+)]
 
 use std::path::{Path, PathBuf};
 
