@@ -4,6 +4,7 @@
 
 use std::path::{Path, PathBuf};
 
+use clap::ValueEnum;
 use serde_json::Value;
 use terra_data::{
     LogKind, Rover, hypothesis_terrains, parse_rover_with, read_rover_with, write_drive_log_to,
@@ -13,10 +14,10 @@ use terra_gap::{HoldOut, Settings, to_json};
 use terra_model::{Law, Registry};
 use terra_sim::{Scenario, SimError, simulate_drive, simulate_rig};
 
-use crate::args::HoldOutArg;
+use crate::args::{HoldOutArg, ImportArg};
 use crate::commands::{
-    estimate as estimating, gap as diagnosing, identify as weighing, lists, simulate as simulating,
-    wheel as wheels,
+    estimate as estimating, gap as diagnosing, identify as weighing, import as importing,
+    inspect as looking, lists, simulate as simulating, wheel as wheels,
 };
 use crate::error::CliError;
 use crate::identify::{self, IdentifyOptions, identify_drive, identify_rig};
@@ -95,6 +96,47 @@ pub fn filters() -> Value {
 /// The estimators, as `terra estimators --json`.
 pub fn estimators() -> Value {
     lists::estimators_json()
+}
+
+/// `terra inspect --json`: what is in a log, and what in it looks wrong.
+///
+/// # Errors
+/// As the command.
+pub fn inspect(log: &Source, rover: Option<&Source>) -> Result<Value, CliError> {
+    let given = rover.map(|r| r.rover(&Registry::builtin())).transpose()?;
+    let file = log.log()?;
+    let found = looking::look(log.name(), &file, given.map(|(r, _)| r))?;
+    Ok(looking::as_json(log.name(), &file, &found))
+}
+
+/// The log of `terra import`, as the CSV it writes, with what its user should know.
+///
+/// # Errors
+/// As the command; a kind that is no log (`scm-json`).
+pub fn import(
+    kind: &str,
+    source: &Path,
+    map: Option<&Path>,
+) -> Result<(Vec<u8>, Vec<String>), CliError> {
+    let known = || -> Vec<String> {
+        let names = ImportArg::value_variants().iter();
+        let names = names.filter_map(|k| Some(k.to_possible_value()?.get_name().to_owned()));
+        names.filter(|n| n != "scm-json").collect()
+    };
+    let no_log = || {
+        CliError::usage(
+            format!("kind = '{kind}'"),
+            format!("expected one of {}", known().join(", ")),
+        )
+    };
+    let asked = ImportArg::from_str(kind, false).map_err(|_| no_log())?;
+    let log = importing::log(asked, source, map)?.ok_or_else(no_log)?;
+    let mut csv = Vec::new();
+    log.write_to(&mut csv).map_err(|reason| CliError::Write {
+        target: "memory".to_owned(),
+        reason,
+    })?;
+    Ok((csv, log.notes))
 }
 
 /// The table of `terra estimate`, as CSV.
@@ -218,7 +260,6 @@ pub fn gap(
 }
 
 fn hold_out(asked: Option<&str>, kind: LogKind) -> Result<Option<HoldOut>, CliError> {
-    use clap::ValueEnum;
     let asked = asked
         .map(|name| {
             HoldOutArg::from_str(name, false).map_err(|_| {

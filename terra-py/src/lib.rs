@@ -27,7 +27,8 @@ mod _terra {
     use crate::own::Registry;
     #[pymodule_export]
     use crate::tasks::{
-        effects, estimate, estimators, filters, gap, identify, models, simulate, terrains,
+        command, effects, estimate, estimators, filters, gap, identify, import_log, inspect,
+        models, simulate, terrains,
     };
     #[pymodule_export]
     use crate::wheel::{wheel_forces, wheel_stresses};

@@ -1,5 +1,6 @@
 //! Lists, simulation, estimation, identification and diagnosis.
 
+use std::ffi::OsString;
 use std::path::PathBuf;
 
 use pyo3::prelude::*;
@@ -46,6 +47,38 @@ pub(crate) fn filters(py: Python<'_>) -> PyResult<Bound<'_, PyAny>> {
 #[pyfunction]
 pub(crate) fn estimators(py: Python<'_>) -> PyResult<Bound<'_, PyAny>> {
     to_python(py, &tasks::estimators())
+}
+
+/// Runs a command line.
+#[pyfunction]
+pub(crate) fn command(py: Python<'_>, args: Vec<OsString>) -> u8 {
+    py.detach(|| terra_cli::run_with(args))
+}
+
+#[pyfunction]
+#[pyo3(signature = (log, rover=None))]
+pub(crate) fn inspect<'py>(
+    py: Python<'py>,
+    log: Given,
+    rover: Option<Given>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let log: Source = log.into();
+    let rover: Option<Source> = rover.map(Given::into);
+    let done = interrupt::run(py, move || tasks::inspect(&log, rover.as_ref()))?;
+    to_python(py, &done.map_err(raise)?)
+}
+
+#[pyfunction]
+#[pyo3(signature = (kind, source, map=None))]
+pub(crate) fn import_log<'py>(
+    py: Python<'py>,
+    kind: String,
+    source: PathBuf,
+    map: Option<PathBuf>,
+) -> PyResult<(Bound<'py, PyDict>, Vec<String>)> {
+    let done = interrupt::run(py, move || tasks::import(&kind, &source, map.as_deref()))?;
+    let (csv, notes) = done.map_err(raise)?;
+    Ok((table(py, &csv, TEXT)?, notes))
 }
 
 #[pyfunction]

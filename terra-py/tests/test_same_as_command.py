@@ -3,6 +3,8 @@
 import csv
 import io
 import json
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -103,3 +105,22 @@ def test_gap(command, logs, examples, tmp_path):
     )
     assert found == json.loads(out.read_text())
     assert found["schema"] == "terra-gap/1"
+
+
+def test_inspect(command, logs, examples, tmp_path):
+    out = tmp_path / "inspect.json"
+    for log, rover in [("drive.csv", None), ("rig.csv", examples / "rig/rig.toml")]:
+        command("inspect", logs / log, "--json", out, *(["--rover", rover] if rover else []))
+        assert terra.inspect(logs / log, rover) == json.loads(out.read_text())
+
+
+def test_the_command_comes_with_the_package():
+    def run(*args):
+        line = [sys.executable, "-c", "import sys, terra; sys.exit(terra._main())", *args]
+        done = subprocess.run(line, capture_output=True, text=True)
+        return done.returncode, done.stdout, done.stderr
+
+    code, out, _ = run("models", "--json")
+    assert code == 0 and json.loads(out) == terra.models()
+    code, _, said = run("gap", "none.csv", "--rover", "none.toml")
+    assert code == 2 and "no such file" in said

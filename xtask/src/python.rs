@@ -23,7 +23,8 @@ pub(crate) fn check() -> Result<Outcome, String> {
         "-D",
         "warnings",
     ]))?;
-    run(cargo(&["doc", "--package", "terra-py", "--no-deps"]).env("RUSTDOCFLAGS", "-D warnings"))?;
+    let doc = ["doc", "--package", "terra-py", "--no-deps"];
+    run(cargo(&doc).env("RUSTDOCFLAGS", "-D warnings"))?;
     // What its answers are compared with.
     run(&mut cargo(&["build", "--package", "terra"]))?;
     let wheel = wheel()?;
@@ -65,6 +66,10 @@ fn wheel() -> Result<String, String> {
             "--locked",
             "--profile",
             "dev",
+            // In place of the readers that pyproject.toml asks for: they would build everything a second time, and have a
+            // step of their own.
+            "--features",
+            "pyo3/extension-module",
             // Stripping is part of the profile: with it all dependencies would be built a second time.
             "--strip",
             "false",

@@ -17,6 +17,18 @@ pub(crate) fn run(
 ) -> Result<(), CliError> {
     let inputs: Vec<&Path> = [Some(source), map].into_iter().flatten().collect();
     output::claim(&[Some(out)], &inputs)?;
+    match log(kind, source, map)? {
+        Some(log) => tell(&log, out),
+        None => terrain(source, out),
+    }
+}
+
+/// What an import gives; none for a terrain, which is no log.
+pub(crate) fn log(
+    kind: ImportArg,
+    source: &Path,
+    map: Option<&Path>,
+) -> Result<Option<ImportedLog>, CliError> {
     if map.is_some() && !matches!(kind, ImportArg::Mcap) {
         return Err(CliError::usage(
             "--map is for a bag",
@@ -30,10 +42,10 @@ pub(crate) fn run(
         ImportArg::Borealtc => ImportKind::BorealTc,
         ImportArg::Parquet => ImportKind::Parquet,
         ImportArg::Mat => ImportKind::Mat,
-        ImportArg::Mcap => return tell(&bag(source, map)?, out),
-        ImportArg::ScmJson => return terrain(source, out),
+        ImportArg::Mcap => return Ok(Some(bag(source, map)?)),
+        ImportArg::ScmJson => return Ok(None),
     };
-    tell(&import(kind, source)?, out)
+    Ok(Some(import(kind, source)?))
 }
 
 #[cfg(feature = "mcap")]

@@ -15,6 +15,7 @@ from __future__ import annotations
 import csv
 import io
 import os
+import sys
 from dataclasses import dataclass
 from typing import Any, Iterable, Mapping, Sequence, Union
 
@@ -47,6 +48,8 @@ __all__ = [
     "filters",
     "gap",
     "identify",
+    "import_log",
+    "inspect",
     "models",
     "simulate",
     "terrains",
@@ -173,6 +176,24 @@ def simulate(
     ``polars.DataFrame(log)`` take them, and so do ``estimate``, ``identify`` and ``gap``. Same seed, same numbers.
     """
     return _terra.simulate(scenario, seed, registry)
+
+
+def inspect(log: Log, rover: Rover | None = None) -> dict[str, Any]:
+    """What is in a log, and what in it looks wrong: the content of ``terra inspect --json``."""
+    return _terra.inspect(_log(log), None if rover is None else _rover(rover))
+
+
+def import_log(
+    kind: str, source: str | os.PathLike[str], *, map: str | os.PathLike[str] | None = None
+) -> tuple[dict[str, Any], list[str]]:
+    """A known data set or format as the columns of a log, with notes on what its user should know.
+
+    Args:
+        kind: as in ``terra import``: ``mcap``, ``parquet``, ``mat``, ``norlab-drive`` ...
+        source: the file.
+        map: topic map of a bag (TOML).
+    """
+    return _terra.import_log(kind, source, map)
 
 
 def estimate(
@@ -306,3 +327,8 @@ def _value(value: Any) -> str:
     if isinstance(value, (list, tuple)):
         return "[" + ", ".join(map(_value, value)) + "]"
     raise ConfigurationError(f"{value!r} has no place in a rover file")
+
+
+def _main() -> int:
+    """The command ``terra``, which comes with the package."""
+    return _terra.command(["terra", *sys.argv[1:]])
