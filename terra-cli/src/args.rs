@@ -40,7 +40,7 @@ pub(crate) enum Command {
         #[arg(long)]
         json: bool,
     },
-    /// Unmodelled effects that a diagnosis can name: equation, where each shows, what isolates it.
+    /// Unmodelled effects a diagnosis can name: where each shows, what isolates it.
     Effects {
         /// As JSON.
         #[arg(long)]
@@ -68,7 +68,7 @@ pub(crate) enum Command {
     ///
     /// Example: terra wheel --terrain dry_sand --radius_m 0.254 --width_m 0.15 --load_N 245.25 --slip 0.05:0.95:0.05
     Wheel(WheelArgs),
-    /// What is in a log, and what in it looks wrong: units, signs, sides, clock, stuck and missing channels.
+    /// What is in a log, and what in it looks wrong: units, signs, sides, clock, channels.
     ///
     /// Works without a rover file on a log in terra's own column names; with one it knows radius, track and units.
     Inspect {
@@ -92,7 +92,7 @@ pub(crate) enum Command {
         #[arg(long)]
         force: bool,
     },
-    /// The references owed for the model, the effects and the soils that a scenario or a rover file uses.
+    /// The references owed for what a scenario or a rover file uses: model, effects, soils.
     Cite {
         /// Scenario or rover file (TOML).
         file: PathBuf,
