@@ -17,7 +17,7 @@ import io
 import os
 import sys
 from dataclasses import dataclass
-from typing import Any, Iterable, Mapping, Sequence, Union
+from typing import Any, Mapping, Sequence, Union
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -118,8 +118,8 @@ def wheel_forces(
         *(np.asarray(a, dtype=np.float64) for a in (slip, normal_load, radius, width))
     )
     shape = arrays[0].shape
-    flat = [np.ascontiguousarray(a).reshape(-1) for a in arrays]
-    out = _terra.wheel_forces(_terrain(terrain), *flat, model, registry)
+    s, w, r, b = (np.ascontiguousarray(a).reshape(-1) for a in arrays)
+    out = _terra.wheel_forces(_terrain(terrain), s, w, r, b, model, registry)
     return {name: np.asarray(values).reshape(shape) for name, values in out.items()}
 
 
@@ -284,8 +284,8 @@ def _log(log: Log) -> Any:
     return ("log in memory", text.getvalue().encode())
 
 
-def _names(log: Any) -> Iterable[Any]:
-    return log.keys() if hasattr(log, "keys") else log.columns
+def _names(log: Any) -> list[Any]:
+    return list(log.keys() if hasattr(log, "keys") else log.columns)
 
 
 def _cells(values: Any) -> list[str]:
