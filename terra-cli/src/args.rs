@@ -40,7 +40,7 @@ pub(crate) enum Command {
         #[arg(long)]
         json: bool,
     },
-    /// Unmodelled effects that a diagnosis can name: equation, where each shows, what isolates it.
+    /// Unmodelled effects a diagnosis can name: where each shows, what isolates it.
     Effects {
         /// As JSON.
         #[arg(long)]
@@ -72,7 +72,7 @@ pub(crate) enum Command {
     ///
     /// Every pressure-sinkage or shear law is compared, and what the tests cannot tell is said by name.
     Bevameter(BevameterArgs),
-    /// What is in a log, and what in it looks wrong: units, signs, sides, clock, stuck and missing channels.
+    /// What is in a log, and what in it looks wrong: units, signs, sides, clock, channels.
     ///
     /// Works without a rover file on a log in terra's own column names; with one it knows radius, track and units.
     Inspect {
@@ -96,7 +96,7 @@ pub(crate) enum Command {
         #[arg(long)]
         force: bool,
     },
-    /// The references owed for the model, the effects and the soils that a scenario or a rover file uses.
+    /// The references owed for what a scenario or a rover file uses: model, effects, soils.
     Cite {
         /// Scenario or rover file (TOML).
         file: PathBuf,
@@ -148,6 +148,9 @@ pub(crate) enum Command {
     /// Known data sets and formats to a log.
     ///
     /// Example: terra import norlab-drive husky_windows.parquet --out husky.csv
+    ///
+    /// A bag needs to be told which field of which topic each column is: terra import mcap run.mcap --map topics.toml --out
+    /// drive.csv
     Import {
         /// Which data set or format.
         kind: ImportArg,
@@ -156,7 +159,13 @@ pub(crate) enum Command {
         /// Log to write (CSV); for scm-json a catalogue (CSV) or, from a known soil, Chrono's JSON.
         #[arg(long)]
         out: PathBuf,
+        /// Topic map of a bag (TOML).
+        #[arg(long, value_name = "FILE")]
+        map: Option<PathBuf>,
     },
+    /// A soil, known or identified, for another simulator.
+    #[command(subcommand)]
+    Export(Export),
     /// How often the answer is right, on many runs with known truth.
     #[command(subcommand)]
     Campaign(Campaign),
@@ -187,6 +196,11 @@ pub(crate) enum Command {
     Completions {
         /// Shell.
         shell: clap_complete::Shell,
+    },
+    /// The manual page, as roff: terra man > terra.1
+    Man {
+        /// The page of one command, as in `terra man gap`.
+        command: Option<String>,
     },
 }
 
@@ -279,6 +293,59 @@ pub(crate) struct CampaignCases {
     /// Folder for logs, keys and verdicts; what is there already is kept.
     #[arg(long)]
     pub(crate) out: PathBuf,
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct ExportSoil {
+    /// A soil of `terra terrains`, or what `terra identify --json` wrote: then its refined soil.
+    pub(crate) soil: String,
+    /// Group of the identification (left, right, all ...), where it has several.
+    #[arg(long)]
+    pub(crate) group: Option<String>,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Export {
+    /// Chrono's soil contact model (JSON).
+    ScmJson {
+        #[command(flatten)]
+        soil: ExportSoil,
+        /// File to write (standard output when absent).
+        #[arg(long)]
+        out: Option<PathBuf>,
+    },
+    /// The slip compliance that rigid-body simulators (Gazebo, ODE) take, by load, with the slips up to which it holds.
+    ///
+    /// Example: terra export slip-compliance dry_sand --radius_m 0.254 --width_m 0.15 --load_N 150,250,350
+    SlipCompliance {
+        #[command(flatten)]
+        soil: ExportSoil,
+        /// Wheel radius in m.
+        #[arg(long = "radius_m", alias = "radius-m", value_name = "R")]
+        radius: f64,
+        /// Wheel width in m.
+        #[arg(long = "width_m", alias = "width-m", value_name = "B")]
+        width: f64,
+        /// Normal loads in N.
+        #[arg(
+            long = "load_N",
+            alias = "load-N",
+            alias = "load_n",
+            value_name = "W,...",
+            value_delimiter = ',',
+            required = true
+        )]
+        load: Vec<f64>,
+        /// Terrain model.
+        #[arg(long, default_value = "wong-reece")]
+        model: String,
+        /// How far the line may be from the law, as a share of the largest traction on its range.
+        #[arg(long, default_value_t = 0.1)]
+        tolerance: f64,
+        /// File to write (CSV; standard output when absent).
+        #[arg(long)]
+        out: Option<PathBuf>,
+    },
 }
 
 #[derive(Debug, clap::Args)]
@@ -465,6 +532,12 @@ pub(crate) enum ImportArg {
     NorlabDrive,
     /// Motor currents of a Husky A200 on three surfaces (wheel_service.parquet).
     Borealtc,
+    /// Any flat Parquet file: its columns as they are.
+    Parquet,
+    /// A ROS 2 bag (MCAP), by a topic map.
+    Mcap,
+    /// The vectors of a MATLAB file (saved with -v6 or -v7).
+    Mat,
     /// A terrain of Chrono's soil contact model.
     ScmJson,
 }

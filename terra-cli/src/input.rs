@@ -7,8 +7,9 @@ use std::path::Path;
 use sha2::{Digest, Sha256};
 use terra_data::{
     DataError, DriveLog, LogKind, RigLog, Rover, log_kind, log_kind_from, read_drive_log,
-    read_drive_log_from, read_rig_log, read_rig_log_from, read_rover,
+    read_drive_log_from, read_rig_log, read_rig_log_from, read_rover_with,
 };
+use terra_model::Registry;
 
 use crate::error::CliError;
 
@@ -40,14 +41,19 @@ fn sha256_of(path: &Path) -> String {
 
 /// The rover file, with its fingerprint.
 pub(crate) fn rover(path: &Path) -> Result<(Rover, String), CliError> {
-    let rover = read_rover(path)?;
+    rover_with(path, &Registry::builtin())
+}
+
+/// [`rover`] with the caller's own models and effects.
+pub(crate) fn rover_with(path: &Path, registry: &Registry) -> Result<(Rover, String), CliError> {
+    let rover = read_rover_with(path, registry)?;
     Ok((rover, sha256_of(path)))
 }
 
 /// A log, which is read more than once: for its kind, its rows and its fingerprint.
 pub(crate) struct LogFile<'a> {
     path: &'a Path,
-    /// What came through a pipe, which gives it only once.
+    /// What came through a pipe, which gives it only once, or from memory.
     piped: Option<Vec<u8>>,
 }
 
@@ -63,6 +69,14 @@ impl<'a> LogFile<'a> {
             None
         };
         Ok(LogFile { path, piped })
+    }
+
+    /// A log that is in memory already.
+    pub(crate) fn in_memory(name: &'a str, bytes: &[u8]) -> Self {
+        LogFile {
+            path: Path::new(name),
+            piped: Some(bytes.to_vec()),
+        }
     }
 
     fn name(&self) -> String {

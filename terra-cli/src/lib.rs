@@ -16,7 +16,9 @@ pub mod report;
 mod robot;
 mod start;
 mod sweep;
+pub mod tasks;
 
+use std::ffi::OsString;
 use std::process::ExitCode;
 
 use clap::Parser;
@@ -30,10 +32,15 @@ pub use identify::{
 /// Runs the command line of this process and says how it ended: 0 done, 2 usage or configuration, 3 data, 4 cannot
 /// write, 130 interrupted.
 pub fn run() -> ExitCode {
+    ExitCode::from(run_with(std::env::args_os()))
+}
+
+/// Runs a command line, its first word the program's name, and gives the exit status. Answers interrupts from then on.
+pub fn run_with(args: impl IntoIterator<Item = OsString>) -> u8 {
     // Results are written whole or not at all, so that an interrupt may end the process at any moment.
     // A second handler cannot be installed in this process; without one, the signal's default ends it just as well.
     let _ = ctrlc::set_handler(|| std::process::exit(130));
-    let args = match args::Args::try_parse() {
+    let args = match args::Args::try_parse_from(args) {
         Ok(args) => args,
         Err(e) => {
             let help = matches!(
@@ -42,15 +49,14 @@ pub fn run() -> ExitCode {
             );
             // Nothing better can be done when the terminal itself is gone.
             let _ = e.print();
-            return ExitCode::from(if help { 0 } else { 2 });
+            return if help { 0 } else { 2 };
         }
     };
     match commands::dispatch(args) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(CliError::PipeClosed) => ExitCode::SUCCESS,
+        Ok(()) | Err(CliError::PipeClosed) => 0,
         Err(e) => {
             error::show(&e);
-            ExitCode::from(e.exit_code())
+            e.exit_code()
         }
     }
 }

@@ -28,6 +28,7 @@
 
 mod atomic;
 mod columns;
+mod compliance;
 mod drive;
 mod error;
 mod import;
@@ -55,8 +56,11 @@ mod write;
 
 pub use atomic::{atomic_write, atomic_write_new};
 pub use columns::{ContractColumn, contract_columns};
+pub use compliance::{SlipCompliance, slip_compliance, write_slip_compliance};
 pub use drive::{DriveLog, Segment, WHEELS};
 pub use error::{DataError, Place};
+#[cfg(feature = "mcap")]
+pub use import::import_mcap;
 pub use import::{
     ImportKind, ImportedLog, import, parse_scm_json, read_scm_json, scm_json, write_terrains,
     write_terrains_to,

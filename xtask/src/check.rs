@@ -5,6 +5,7 @@
 use std::collections::BTreeSet;
 use std::time::Instant;
 
+use crate::python;
 use crate::shell::{cargo, installed, output, run as run_command};
 
 /// One step: its name, what a failure means, and how it is run.
@@ -14,7 +15,7 @@ struct Step {
     run: fn() -> Result<Outcome, String>,
 }
 
-enum Outcome {
+pub(crate) enum Outcome {
     Passed,
     Skipped(&'static str),
 }
@@ -43,6 +44,8 @@ const STEPS: &[Step] = &[
             passes(&[
                 "clippy",
                 "--workspace",
+                "--exclude",
+                "terra-py",
                 "--all-targets",
                 "--",
                 "-D",
@@ -65,6 +68,16 @@ const STEPS: &[Step] = &[
         name: "docs",
         claim: "the documentation builds without a warning",
         run: docs,
+    },
+    Step {
+        name: "readers",
+        claim: "every optional reader gives the log that was written",
+        run: readers,
+    },
+    Step {
+        name: "python",
+        claim: "the Python package builds, lints, documents and gives the command's numbers",
+        run: python::check,
     },
     Step {
         name: "deny",
@@ -124,8 +137,27 @@ fn passes(arguments: &[&str]) -> Result<Outcome, String> {
 }
 
 fn docs() -> Result<Outcome, String> {
-    run_command(cargo(&["doc", "--workspace", "--no-deps"]).env("RUSTDOCFLAGS", "-D warnings"))?;
+    let arguments = ["doc", "--workspace", "--exclude", "terra-py", "--no-deps"];
+    run_command(cargo(&arguments).env("RUSTDOCFLAGS", "-D warnings"))?;
     Ok(Outcome::Passed)
+}
+
+/// With features that the default build leaves out; their C parts need a compiler.
+fn readers() -> Result<Outcome, String> {
+    if !installed("cc") {
+        return Ok(Outcome::Skipped("there is no C compiler"));
+    }
+    passes(&[
+        "clippy",
+        "--package",
+        "terra-data",
+        "--all-features",
+        "--all-targets",
+        "--",
+        "-D",
+        "warnings",
+    ])?;
+    passes(&["test", "--package", "terra-data", "--all-features"])
 }
 
 fn dependency_rule() -> Result<Outcome, String> {

@@ -6,6 +6,7 @@ mod check;
 mod counts;
 mod fit;
 mod instructions;
+mod python;
 mod shell;
 
 use std::process::ExitCode;

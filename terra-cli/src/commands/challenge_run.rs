@@ -61,7 +61,7 @@ pub(crate) fn diagnose_all(
                     ..Settings::of(rover)
                 })
             };
-            let verdict = gap::diagnose(log, None, &rover, &settings).and_then(|v| {
+            let verdict = gap::diagnose_file(log, None, &rover, &settings).and_then(|v| {
                 output::json(Some(path), &to_json(&v.diagnosis, &v.provenance))?;
                 Ok(v.diagnosis.verdict.to_string())
             });

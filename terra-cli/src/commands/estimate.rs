@@ -25,13 +25,7 @@ pub(crate) fn run(
     let (rover, _) = rover(rover_path)?;
     let file = LogFile::open(log)?;
     if file.kind(&rover)? == LogKind::Rig {
-        return Err(CliError::usage(
-            format!(
-                "{}: a rig log measures the forces itself; there is nothing to estimate",
-                log.display()
-            ),
-            "use `terra identify` or `terra gap`",
-        ));
+        return Err(no_rig(log));
     }
     let drive = file.drive(&rover)?;
     let _spinner = Spinner::start(quiet, "estimating forces");
@@ -39,8 +33,19 @@ pub(crate) fn run(
     output::text(out, &csv(&drive, &forces.steps)?)
 }
 
+/// A rig log has nothing to estimate.
+pub(crate) fn no_rig(log: &Path) -> CliError {
+    CliError::usage(
+        format!(
+            "{}: a rig log measures the forces itself; there is nothing to estimate",
+            log.display()
+        ),
+        "use `terra identify` or `terra gap`",
+    )
+}
+
 /// The table of the contract: value and 1-sigma in pairs.
-fn csv(log: &DriveLog, steps: &[Step]) -> Result<String, CliError> {
+pub(crate) fn csv(log: &DriveLog, steps: &[Step]) -> Result<String, CliError> {
     let mut header = "time_s,segment,flag,nis,nis_dof".to_owned();
     let pair = |header: &mut String, stem: &str, unit: &str| {
         let _ = write!(header, ",{stem}{unit},{stem}_sd{unit}");

@@ -36,22 +36,52 @@ pub(crate) struct Against<'a> {
     pub(crate) same_soil: bool,
 }
 
-/// Diagnoses one log as the command does, alone or against an outside simulator's.
-pub(crate) fn diagnose(
+/// A log and its rover file, wherever they come from.
+pub(crate) struct Case<'a> {
+    pub(crate) log: &'a LogFile<'a>,
+    pub(crate) log_name: &'a Path,
+    /// With its fingerprint.
+    pub(crate) rover: (Rover, String),
+    pub(crate) rover_name: &'a Path,
+    /// Where the rover file's own references start.
+    pub(crate) folder: &'a Path,
+    pub(crate) registry: &'a Registry,
+    /// An outside simulator's log of the same.
+    pub(crate) against: Option<Against<'a>>,
+}
+
+/// Diagnoses one log file as the command does, alone or against an outside simulator's.
+pub(crate) fn diagnose_file(
     log: &Path,
     against: Option<Against<'_>>,
     rover_path: &Path,
     settings: &dyn Fn(&Rover, LogKind) -> Result<Settings, CliError>,
 ) -> Result<Verdict, CliError> {
-    let (mut rover, rover_sha256) = rover(rover_path)?;
-    let terrains =
-        hypothesis_terrains(&rover.terrain, rover_path.parent().unwrap_or(Path::new("")))?;
-    let file = LogFile::open(log)?;
+    let rover = rover(rover_path)?;
+    let case = Case {
+        log: &LogFile::open(log)?,
+        log_name: log,
+        rover,
+        rover_name: rover_path,
+        folder: rover_path.parent().unwrap_or(Path::new("")),
+        registry: &Registry::builtin(),
+        against,
+    };
+    diagnose(case, settings)
+}
+
+/// Diagnoses one log.
+pub(crate) fn diagnose(
+    case: Case<'_>,
+    settings: &dyn Fn(&Rover, LogKind) -> Result<Settings, CliError>,
+) -> Result<Verdict, CliError> {
+    let (mut rover, rover_sha256) = case.rover;
+    let (file, registry) = (case.log, case.registry);
+    let terrains = hypothesis_terrains(&rover.terrain, case.folder)?;
     let kind = file.kind(&rover)?;
     let settings = settings(&rover, kind)?;
-    let registry = Registry::builtin();
-    let in_files = |e: CliError| e.in_files(log, rover_path);
-    let sim = against.map(|a| LogFile::open(a.sim)).transpose()?;
+    let in_files = |e: CliError| e.in_files(case.log_name, case.rover_name);
+    let sim = case.against.map(|a| LogFile::open(a.sim)).transpose()?;
     if let Some(sim) = &sim
         && sim.kind(&rover)? != kind
     {
@@ -60,22 +90,22 @@ pub(crate) fn diagnose(
             "give the simulator's log of the same manoeuvres or trials",
         ));
     }
-    let same_soil = against.is_some_and(|a| a.same_soil);
+    let same_soil = case.against.is_some_and(|a| a.same_soil);
     let (prior, mut diagnosis, curves) = match kind {
         LogKind::Rig => {
             let log = file.rig(&rover)?;
             let prior =
-                complete(&mut rover, &Log::Rig(&log), &registry, &terrains).map_err(in_files)?;
+                complete(&mut rover, &Log::Rig(&log), registry, &terrains).map_err(in_files)?;
             let (d, predictor) = match &sim {
                 Some(sim) => diagnose_rig_against(
                     &sim.rig(&rover)?,
                     &log,
                     &rover,
-                    &registry,
+                    registry,
                     &settings,
                     same_soil,
                 ),
-                None => diagnose_rig(&log, &rover, &registry, &settings),
+                None => diagnose_rig(&log, &rover, registry, &settings),
             }
             .map_err(|e| in_files(e.into()))?;
             let curves = GapCurves::of_rig(&d, &predictor);
@@ -87,18 +117,18 @@ pub(crate) fn diagnose(
             let prior = if log.wheel_torque.is_none() {
                 Prior::Given
             } else {
-                complete(&mut rover, &Log::Drive(&log), &registry, &terrains).map_err(in_files)?
+                complete(&mut rover, &Log::Drive(&log), registry, &terrains).map_err(in_files)?
             };
             let d = match &sim {
                 Some(sim) => diagnose_drive_against(
                     &sim.drive(&rover)?,
                     &log,
                     &rover,
-                    &registry,
+                    registry,
                     &settings,
                     same_soil,
                 ),
-                None => diagnose_drive(&log, &rover, &registry, &settings),
+                None => diagnose_drive(&log, &rover, registry, &settings),
             }
             .map_err(|e| in_files(e.into()))?;
             (prior, d, None)
@@ -171,7 +201,7 @@ pub(crate) fn run(args: &GapArgs, quiet: bool) -> Result<(), CliError> {
         sim,
         same_soil: args.same_bed,
     });
-    let verdict = diagnose(&args.log, against, &args.rover, &settings)?;
+    let verdict = diagnose_file(&args.log, against, &args.rover, &settings)?;
     drop(spinner);
     let Verdict {
         diagnosis,
@@ -198,7 +228,10 @@ pub(crate) fn run(args: &GapArgs, quiet: bool) -> Result<(), CliError> {
     output::stdout(&format!("{said}{}", summary(&diagnosis)))
 }
 
-fn hold_out(asked: Option<HoldOutArg>, kind: LogKind) -> Result<Option<HoldOut>, CliError> {
+pub(crate) fn hold_out(
+    asked: Option<HoldOutArg>,
+    kind: LogKind,
+) -> Result<Option<HoldOut>, CliError> {
     Ok(match (asked, kind) {
         (None, _) => None,
         (Some(HoldOutArg::Slip), _) => Some(HoldOut::Slip),

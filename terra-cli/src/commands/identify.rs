@@ -75,7 +75,7 @@ pub(crate) fn run(args: &IdentifyArgs, quiet: bool) -> Result<(), CliError> {
     output::stdout(&summary(&id))
 }
 
-fn choice(text: &str) -> Result<Choice, CliError> {
+pub(crate) fn choice(text: &str) -> Result<Choice, CliError> {
     let Some(file) = text.strip_prefix("transition:") else {
         return Choice::parse(text).map_err(|e| {
             CliError::usage(

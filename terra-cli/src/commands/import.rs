@@ -2,23 +2,73 @@
 
 use std::path::Path;
 
-use terra_data::{ImportKind, import, read_scm_json, scm_json, write_terrains};
+use terra_data::{ImportKind, ImportedLog, import, read_scm_json, scm_json, write_terrains};
 use terra_model::catalogue;
 
 use crate::args::ImportArg;
 use crate::error::CliError;
 use crate::output;
 
-pub(crate) fn run(kind: ImportArg, source: &Path, out: &Path) -> Result<(), CliError> {
-    output::claim(&[Some(out)], &[source])?;
+pub(crate) fn run(
+    kind: ImportArg,
+    source: &Path,
+    out: &Path,
+    map: Option<&Path>,
+) -> Result<(), CliError> {
+    let inputs: Vec<&Path> = [Some(source), map].into_iter().flatten().collect();
+    output::claim(&[Some(out)], &inputs)?;
+    match log(kind, source, map)? {
+        Some(log) => tell(&log, out),
+        None => terrain(source, out),
+    }
+}
+
+/// What an import gives; none for a terrain, which is no log.
+pub(crate) fn log(
+    kind: ImportArg,
+    source: &Path,
+    map: Option<&Path>,
+) -> Result<Option<ImportedLog>, CliError> {
+    if map.is_some() && !matches!(kind, ImportArg::Mcap) {
+        return Err(CliError::usage(
+            "--map is for a bag",
+            "terra import mcap BAG --map FILE --out LOG",
+        ));
+    }
     let kind = match kind {
         ImportArg::CmuSingleWheel => ImportKind::CmuSingleWheel,
         ImportArg::PublishedSingleWheel => ImportKind::PublishedSingleWheel,
         ImportArg::NorlabDrive => ImportKind::NorlabDrive,
         ImportArg::Borealtc => ImportKind::BorealTc,
-        ImportArg::ScmJson => return terrain(source, out),
+        ImportArg::Parquet => ImportKind::Parquet,
+        ImportArg::Mat => ImportKind::Mat,
+        ImportArg::Mcap => return Ok(Some(bag(source, map)?)),
+        ImportArg::ScmJson => return Ok(None),
     };
-    let log = import(kind, source)?;
+    Ok(Some(import(kind, source)?))
+}
+
+#[cfg(feature = "mcap")]
+fn bag(source: &Path, map: Option<&Path>) -> Result<ImportedLog, CliError> {
+    let map = map.ok_or_else(|| {
+        CliError::usage(
+            "a bag needs --map",
+            "a TOML file that says which field of which topic each column is; see \"A ROS 2 bag\" in the book",
+        )
+    })?;
+    Ok(terra_data::import_mcap(source, map)?)
+}
+
+#[cfg(not(feature = "mcap"))]
+fn bag(_: &Path, _: Option<&Path>) -> Result<ImportedLog, CliError> {
+    Err(CliError::usage(
+        "this build cannot read MCAP",
+        "build it with `--features mcap` (cargo install terra --features mcap)",
+    ))
+}
+
+/// Writes the log and says what it is.
+fn tell(log: &ImportedLog, out: &Path) -> Result<(), CliError> {
     log.write(out)?;
     let mut said = format!(
         "{}: {} rows, {}\n",

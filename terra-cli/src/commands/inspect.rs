@@ -22,32 +22,43 @@ pub(crate) fn run(
     let inputs: Vec<&Path> = [Some(path), rover].into_iter().flatten().collect();
     output::claim(&[json_file], &inputs)?;
     let given = rover.map(input::rover).transpose()?.map(|(r, _)| r);
-    let reader = match &given {
-        Some(rover) => rover.clone(),
-        None => neutral()?,
-    };
     let log = LogFile::open(path)?;
-    let found = match log.kind(&reader).map_err(|e| unnamed(e, given.is_some()))? {
-        LogKind::Drive => inspect_drive(&log.drive(&reader)?, given.as_ref()),
-        LogKind::Rig => {
-            let rows = log.rig(&reader)?;
-            // Slip of a rim speed in rad/s needs the radius, which only the rover file knows.
-            if given.is_none() && !has_slip(&log, &reader) {
-                return Err(CliError::usage(
-                    format!(
-                        "{}: slip follows from wheel_speed_rad_s only with the wheel's radius",
-                        path.display()
-                    ),
-                    "add --rover rig.toml (`terra init single-wheel-rig` writes one), or log slip or rim_speed_m_s",
-                ));
-            }
-            inspect_rig(&rows, given.as_ref())
-        }
-    };
+    let found = look(path, &log, given)?;
     if let Some(file) = json_file {
         output::json(Some(file), &as_json(path, &log, &found))?;
     }
     output::stdout(&as_text(path, &found))
+}
+
+/// Looks at a log, with the rover file or without.
+pub(crate) fn look(
+    path: &Path,
+    log: &LogFile<'_>,
+    given: Option<Rover>,
+) -> Result<Inspection, CliError> {
+    let reader = match &given {
+        Some(rover) => rover.clone(),
+        None => neutral()?,
+    };
+    Ok(
+        match log.kind(&reader).map_err(|e| unnamed(e, given.is_some()))? {
+            LogKind::Drive => inspect_drive(&log.drive(&reader)?, given.as_ref()),
+            LogKind::Rig => {
+                let rows = log.rig(&reader)?;
+                // Slip of a rim speed in rad/s needs the radius, which only the rover file knows.
+                if given.is_none() && !has_slip(log, &reader) {
+                    return Err(CliError::usage(
+                        format!(
+                            "{}: slip follows from wheel_speed_rad_s only with the wheel's radius",
+                            path.display()
+                        ),
+                        "add --rover rig.toml (`terra init single-wheel-rig` writes one), or log slip or rim_speed_m_s",
+                    ));
+                }
+                inspect_rig(&rows, given.as_ref())
+            }
+        },
+    )
 }
 
 /// Reads a log in the contract's own names and units.
@@ -188,7 +199,7 @@ fn as_text(path: &Path, found: &Inspection) -> String {
     text
 }
 
-fn as_json(path: &Path, log: &LogFile<'_>, found: &Inspection) -> Value {
+pub(crate) fn as_json(path: &Path, log: &LogFile<'_>, found: &Inspection) -> Value {
     json!({
         "schema": "terra.inspect/1",
         "log": { "path": path.display().to_string(), "sha256": log.sha256() },

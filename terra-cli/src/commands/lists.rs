@@ -24,6 +24,21 @@ fn param(p: &Param) -> Value {
     })
 }
 
+/// The terrain models as JSON.
+pub(crate) fn models_json(registry: &Registry) -> Value {
+    json!(
+        registry
+            .models()
+            .iter()
+            .map(|m| json!({
+                "name": m.name(), "summary": m.summary(), "reference": m.reference(),
+                "hooks": m.hooks().iter().map(|h| h.name()).collect::<Vec<_>>(),
+                "parameters": m.params().iter().map(param).collect::<Vec<_>>(),
+            }))
+            .collect::<Vec<_>>()
+    )
+}
+
 pub(crate) fn models(as_json: bool) -> Result<(), CliError> {
     let registry = Registry::builtin();
     let mut text = String::new();
@@ -49,18 +64,28 @@ pub(crate) fn models(as_json: bool) -> Result<(), CliError> {
             m.reference()
         ));
     }
-    let json = json!(
+    let json = models_json(&registry);
+    emit(as_json, json, text)
+}
+
+/// The effects as JSON.
+pub(crate) fn effects_json(registry: &Registry) -> Value {
+    json!(
         registry
-            .models()
+            .effects()
             .iter()
-            .map(|m| json!({
-                "name": m.name(), "summary": m.summary(), "reference": m.reference(),
-                "hooks": m.hooks().iter().map(|h| h.name()).collect::<Vec<_>>(),
-                "parameters": m.params().iter().map(param).collect::<Vec<_>>(),
+            .map(|e| json!({
+                "name": e.name(), "form": e.form(), "summary": e.summary(), "reference": e.reference(),
+                "scope": match e.scope() {
+                    terra_model::Scope::Any => "any",
+                    terra_model::Scope::Drive => "drive",
+                    terra_model::Scope::Rig => "rig",
+                },
+                "regime": e.regime(), "isolated_by": e.isolated_by(),
+                "parameters": e.params().iter().map(param).collect::<Vec<_>>(),
             }))
             .collect::<Vec<_>>()
-    );
-    emit(as_json, json, text)
+    )
 }
 
 pub(crate) fn effects(as_json: bool) -> Result<(), CliError> {
@@ -79,22 +104,7 @@ pub(crate) fn effects(as_json: bool) -> Result<(), CliError> {
             ]
         })
         .collect();
-    let json = json!(
-        registry
-            .effects()
-            .iter()
-            .map(|e| json!({
-                "name": e.name(), "form": e.form(), "summary": e.summary(), "reference": e.reference(),
-                "scope": match e.scope() {
-                    terra_model::Scope::Any => "any",
-                    terra_model::Scope::Drive => "drive",
-                    terra_model::Scope::Rig => "rig",
-                },
-                "regime": e.regime(), "isolated_by": e.isolated_by(),
-                "parameters": e.params().iter().map(param).collect::<Vec<_>>(),
-            }))
-            .collect::<Vec<_>>()
-    );
+    let json = effects_json(&registry);
     emit(
         as_json,
         json,
@@ -102,6 +112,21 @@ pub(crate) fn effects(as_json: bool) -> Result<(), CliError> {
             &["effect", "form", "unit", "what happens", "where it shows"],
             &rows,
         ),
+    )
+}
+
+/// The soils as JSON.
+pub(crate) fn terrains_json() -> Value {
+    json!(
+        catalogue::terrains()
+            .iter()
+            .map(|t| json!({
+                "id": t.id, "set": t.set, "name": t.name, "moisture_pct": t.moisture,
+                "sinkage_exponent": t.sinkage_exponent, "k_c": t.k_c, "k_phi": t.k_phi, "cohesion": t.cohesion,
+                "friction_angle": t.friction_angle, "shear_modulus": t.shear_modulus, "c1": t.c1, "c2": t.c2,
+                "class": t.class, "confidence": t.confidence.mark(), "source": t.source,
+            }))
+            .collect::<Vec<_>>()
     )
 }
 
@@ -144,18 +169,20 @@ pub(crate) fn terrains(as_json: bool) -> Result<(), CliError> {
     text.push_str(
         "\ntrust: A several public copies agree, B one copy, C recalled: check before use. A missing value is '-'.\n",
     );
-    let json = json!(
-        catalogue::terrains()
-            .iter()
-            .map(|t| json!({
-                "id": t.id, "set": t.set, "name": t.name, "moisture_pct": t.moisture,
-                "sinkage_exponent": t.sinkage_exponent, "k_c": t.k_c, "k_phi": t.k_phi, "cohesion": t.cohesion,
-                "friction_angle": t.friction_angle, "shear_modulus": t.shear_modulus, "c1": t.c1, "c2": t.c2,
-                "class": t.class, "confidence": t.confidence.mark(), "source": t.source,
-            }))
-            .collect::<Vec<_>>()
-    );
+    let json = terrains_json();
     emit(as_json, json, text)
+}
+
+/// The filters as JSON.
+pub(crate) fn filters_json() -> Value {
+    let registry = terra_ekf::Registry::builtin();
+    json!(
+        registry
+            .filters()
+            .iter()
+            .map(|f| json!({ "name": f.name, "summary": f.summary, "reference": f.reference, "linear_only": f.linear_only }))
+            .collect::<Vec<_>>()
+    )
 }
 
 pub(crate) fn filters(as_json: bool) -> Result<(), CliError> {
@@ -171,17 +198,21 @@ pub(crate) fn filters(as_json: bool) -> Result<(), CliError> {
             ]
         })
         .collect();
-    let json = json!(
-        registry
-            .filters()
-            .iter()
-            .map(|f| json!({ "name": f.name, "summary": f.summary, "reference": f.reference, "linear_only": f.linear_only }))
-            .collect::<Vec<_>>()
-    );
+    let json = filters_json();
     emit(
         as_json,
         json,
         table(&["filter", "what it is", "source"], &rows),
+    )
+}
+
+/// The estimators as JSON.
+pub(crate) fn estimators_json() -> Value {
+    json!(
+        terra_mme::estimators()
+            .iter()
+            .map(|e| json!({ "name": e.name, "summary": e.summary, "reference": e.reference }))
+            .collect::<Vec<_>>()
     )
 }
 
@@ -197,11 +228,7 @@ pub(crate) fn estimators(as_json: bool) -> Result<(), CliError> {
             ]
         })
         .collect();
-    let json = json!(
-        all.iter()
-            .map(|e| json!({ "name": e.name, "summary": e.summary, "reference": e.reference }))
-            .collect::<Vec<_>>()
-    );
+    let json = estimators_json();
     emit(
         as_json,
         json,

@@ -7,17 +7,18 @@ mod challenge;
 mod challenge_run;
 mod cite;
 mod demo;
-mod estimate;
-mod gap;
+pub(crate) mod estimate;
+mod export;
+pub(crate) mod gap;
 mod identifiability;
-mod identify;
-mod import;
+pub(crate) mod identify;
+pub(crate) mod import;
 mod init;
-mod inspect;
-mod lists;
-mod simulate;
+pub(crate) mod inspect;
+pub(crate) mod lists;
+pub(crate) mod simulate;
 mod sweep;
-mod wheel;
+pub(crate) mod wheel;
 
 use clap::CommandFactory;
 
@@ -64,7 +65,13 @@ pub(crate) fn dispatch(args: Args) -> Result<(), CliError> {
         Command::Identify(args) => identify::run(&args, quiet),
         Command::Identifiability(args) => identifiability::run(&args),
         Command::Gap(args) => gap::run(&args, quiet),
-        Command::Import { kind, source, out } => import::run(kind, &source, &out),
+        Command::Export(what) => export::run(&what),
+        Command::Import {
+            kind,
+            source,
+            out,
+            map,
+        } => import::run(kind, &source, &out, map.as_deref()),
         Command::Campaign(Campaign::Ramps {
             runs,
             seed,
@@ -106,5 +113,26 @@ pub(crate) fn dispatch(args: Args) -> Result<(), CliError> {
             clap_complete::generate(shell, &mut Args::command(), "terra", &mut text);
             output::stdout(&String::from_utf8_lossy(&text))
         }
+        Command::Man { command } => man(command.as_deref()),
     }
+}
+
+/// The manual page of the command, or of one of its commands.
+fn man(of: Option<&str>) -> Result<(), CliError> {
+    let mut all = Args::command();
+    all.build();
+    let page = match of {
+        None => all,
+        Some(name) => all.find_subcommand(name).cloned().ok_or_else(|| {
+            CliError::usage(format!("no command '{name}'"), "`terra --help` lists them")
+        })?,
+    };
+    let mut text = Vec::new();
+    clap_mangen::Man::new(page)
+        .render(&mut text)
+        .map_err(|reason| CliError::Write {
+            target: "the manual page".to_owned(),
+            reason,
+        })?;
+    output::stdout(&String::from_utf8_lossy(&text))
 }

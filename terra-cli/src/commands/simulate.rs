@@ -46,7 +46,7 @@ pub(crate) fn run(
 }
 
 /// Columns as CSV; a value that does not exist is empty.
-fn csv(columns: &[TruthColumn<'_>]) -> String {
+pub(crate) fn csv(columns: &[TruthColumn<'_>]) -> String {
     let mut out = columns
         .iter()
         .map(|c| c.name.as_str())

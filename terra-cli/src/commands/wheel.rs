@@ -17,7 +17,7 @@ pub(crate) fn run(args: &WheelArgs) -> Result<(), CliError> {
     let stress_file = args.csv.as_deref().filter(|_| args.stress).map(stress_path);
     output::claim(&[args.csv.as_deref(), stress_file.as_deref()], &[])?;
     let slips = slips(&args.slip)?;
-    let (law, magnitudes) = law(&args.model)?;
+    let (law, magnitudes) = law(&Registry::builtin(), &args.model)?;
     let mut p = catalogue::find(&args.terrain)?.parameters(law.model())?;
     p.extend(magnitudes);
 
@@ -73,7 +73,7 @@ fn stress_path(path: &Path) -> PathBuf {
 }
 
 /// `model+effect=magnitude+...` to a law and its magnitudes.
-fn law(text: &str) -> Result<(Law, Vec<f64>), CliError> {
+pub(crate) fn law(registry: &Registry, text: &str) -> Result<(Law, Vec<f64>), CliError> {
     let mut names = vec![];
     let mut magnitudes = vec![];
     for (k, part) in text.split('+').enumerate() {
@@ -104,7 +104,7 @@ fn law(text: &str) -> Result<(Law, Vec<f64>), CliError> {
         };
         magnitudes.push(value);
     }
-    Ok((Registry::builtin().law(&names.join("+"))?, magnitudes))
+    Ok((registry.law(&names.join("+"))?, magnitudes))
 }
 
 /// `A:B:STEP`, B included to rounding, or one number.

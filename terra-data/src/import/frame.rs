@@ -12,7 +12,7 @@ use crate::table::Table;
 #[derive(Clone, Debug)]
 pub(crate) enum Column {
     Text(Vec<String>),
-    #[cfg_attr(not(feature = "parquet"), allow(dead_code))]
+    #[cfg_attr(not(any(feature = "parquet", feature = "mat")), allow(dead_code))]
     Number(Vec<Option<f64>>),
 }
 
@@ -22,6 +22,8 @@ pub(crate) struct Frame {
     pub(crate) columns: Vec<(String, Column)>,
     pub(crate) origin: Origin,
     pub(crate) rows: usize,
+    /// What the user should know about the reading.
+    pub(crate) notes: Vec<String>,
 }
 
 impl Frame {
@@ -29,7 +31,7 @@ impl Frame {
     pub(crate) fn read(path: &Path, origin: &Origin) -> Result<Self, DataError> {
         let extension = path.extension().map(|e| e.to_ascii_lowercase());
         if extension.is_some_and(|e| e == "parquet") {
-            return parquet(path, origin);
+            return Frame::parquet(path, origin);
         }
         let mut table = Table::open(open(path, origin)?, origin.clone(), None, "a table")?;
         let names = table.header.clone();
@@ -48,7 +50,32 @@ impl Frame {
                 .collect(),
             origin: origin.clone(),
             rows,
+            notes: vec![],
         })
+    }
+
+    /// Reads a Parquet file.
+    #[cfg(feature = "parquet")]
+    pub(crate) fn parquet(path: &Path, origin: &Origin) -> Result<Self, DataError> {
+        super::parquet::read(path, origin)
+    }
+
+    /// Says what this build lacks.
+    #[cfg(not(feature = "parquet"))]
+    pub(crate) fn parquet(path: &Path, origin: &Origin) -> Result<Self, DataError> {
+        not_built(path, origin, "Parquet", "parquet")
+    }
+
+    /// Reads a MATLAB 5 file.
+    #[cfg(feature = "mat")]
+    pub(crate) fn mat(path: &Path, origin: &Origin) -> Result<Self, DataError> {
+        super::mat::read(path, origin)
+    }
+
+    /// Says what this build lacks.
+    #[cfg(not(feature = "mat"))]
+    pub(crate) fn mat(path: &Path, origin: &Origin) -> Result<Self, DataError> {
+        not_built(path, origin, "MATLAB", "mat")
     }
 
     fn column(&self, name: &str) -> Result<(usize, &Column), DataError> {
@@ -108,16 +135,13 @@ impl Frame {
     }
 }
 
-#[cfg(feature = "parquet")]
-fn parquet(path: &Path, origin: &Origin) -> Result<Frame, DataError> {
-    super::parquet::read(path, origin)
-}
-
-#[cfg(not(feature = "parquet"))]
-fn parquet(path: &Path, origin: &Origin) -> Result<Frame, DataError> {
+#[cfg(not(all(feature = "parquet", feature = "mat")))]
+fn not_built(
+    path: &Path,
+    origin: &Origin,
+    format: &'static str,
+    feature: &'static str,
+) -> Result<Frame, DataError> {
     open(path, origin)?;
-    Err(origin.fail_file(Problem::FormatNotBuilt {
-        format: "Parquet",
-        feature: "parquet",
-    }))
+    Err(origin.fail_file(Problem::FormatNotBuilt { format, feature }))
 }

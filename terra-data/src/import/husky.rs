@@ -74,7 +74,7 @@ pub(crate) fn norlab(frame: &Frame) -> Result<ImportedLog, DataError> {
         start = end;
     }
     Ok(ImportedLog {
-        header: vec![
+        header: [
             "time_s",
             "segment",
             "wheel_speed_fl_rad_s",
@@ -85,7 +85,9 @@ pub(crate) fn norlab(frame: &Frame) -> Result<ImportedLog, DataError> {
             "yaw_rate_rad_s",
             "accel_x_m_s2",
             "accel_y_m_s2",
-        ],
+        ]
+        .map(str::to_owned)
+        .to_vec(),
         rows,
         notes: vec![
             "speeds are slopes of the lidar pose over half a second; lateral speed is left out, because it depends on where along the vehicle the pose is taken, which the data set does not say; a segment is one calibration step of about three windows of 2 s; encoders report at 4 Hz and are held between"
@@ -133,7 +135,7 @@ pub(crate) fn borealtc(frame: &Frame) -> Result<ImportedLog, DataError> {
         last = Some((segment, t));
     }
     Ok(ImportedLog {
-        header: vec![
+        header: [
             "time_s",
             "segment",
             "wheel_speed_fl_rad_s",
@@ -144,7 +146,9 @@ pub(crate) fn borealtc(frame: &Frame) -> Result<ImportedLog, DataError> {
             "motor_current_fr_A",
             "motor_current_rl_A",
             "motor_current_rr_A",
-        ],
+        ]
+        .map(str::to_owned)
+        .to_vec(),
         rows,
         notes: vec![format!(
             "each wheel has half of its side's current, a magnitude; no ground speed, so no slip; {left_out} rows without increasing time left out"

@@ -1,5 +1,6 @@
 //! Parquet files: flat tables of numbers and text.
 
+use std::fs::File;
 use std::path::Path;
 
 use parquet::file::reader::{FileReader, SerializedFileReader};
@@ -8,16 +9,49 @@ use parquet::record::Field;
 use super::frame::{Column, Frame};
 use crate::error::{DataError, Origin};
 use crate::problem::Problem;
-use crate::source::open;
+use crate::source::{open, unreadable};
 
 /// Reads all columns.
 pub(crate) fn read(path: &Path, origin: &Origin) -> Result<Frame, DataError> {
+    super::guarded(origin, "Parquet file", || frame(path, origin))
+}
+
+/// The first column chunk that cannot be where the metadata says.
+fn misplaced(reader: &SerializedFileReader<File>, length: u64) -> Option<String> {
+    let metadata = reader.metadata();
+    let chunks = metadata.row_groups().iter().flat_map(|g| g.columns());
+    let within = |start: i64, size: i64| {
+        let end = u64::try_from(start)
+            .ok()?
+            .checked_add(u64::try_from(size).ok()?)?;
+        (end <= length).then_some(())
+    };
+    chunks
+        .filter(|c| {
+            let start = c.dictionary_page_offset().unwrap_or(c.data_page_offset());
+            within(start, c.compressed_size()).is_none()
+        })
+        .map(|c| c.column_path().string())
+        .next()
+}
+
+fn frame(path: &Path, origin: &Origin) -> Result<Frame, DataError> {
     let fail = |e: parquet::errors::ParquetError| {
         origin.fail_file(Problem::Unreadable {
             reason: e.to_string(),
         })
     };
-    let reader = SerializedFileReader::new(open(path, origin)?).map_err(fail)?;
+    let file = open(path, origin)?;
+    let length = file.metadata().map_err(|e| unreadable(origin, &e))?.len();
+    let reader = SerializedFileReader::new(file).map_err(fail)?;
+    if let Some(column) = misplaced(&reader, length) {
+        return Err(origin.fail_file(Problem::Unreadable {
+            reason: format!(
+                "column '{}' lies outside the file",
+                crate::names::short(&column)
+            ),
+        }));
+    }
     let mut columns: Vec<(String, Column)> = vec![];
     let mut rows = 0;
     for row in reader.get_row_iter(None).map_err(fail)? {
@@ -53,6 +87,7 @@ pub(crate) fn read(path: &Path, origin: &Origin) -> Result<Frame, DataError> {
         columns,
         origin: origin.clone(),
         rows,
+        notes: vec![],
     })
 }
 
@@ -70,6 +105,9 @@ fn value(field: &Field) -> Option<Option<f64>> {
         Field::UInt(v) => f64::from(*v),
         Field::Float(v) => f64::from(*v),
         Field::Double(v) => *v,
+        // A clock becomes seconds.
+        Field::TimestampMillis(v) => *v as f64 / 1e3,
+        Field::TimestampMicros(v) => *v as f64 / 1e6,
         _ => return None,
     }))
 }

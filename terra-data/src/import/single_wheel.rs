@@ -72,8 +72,8 @@ fn rig(
     condition: &[String],
     numbers: &[(&'static str, Vec<Option<f64>>)],
 ) -> ImportedLog {
-    let mut header = vec!["trial", "condition"];
-    header.extend(numbers.iter().map(|(name, _)| *name));
+    let mut header = vec!["trial".to_owned(), "condition".to_owned()];
+    header.extend(numbers.iter().map(|(name, _)| (*name).to_owned()));
     let rows = (0..frame.rows)
         .map(|row| {
             let text = |column: &[String]| Cell::Text(column.get(row).cloned().unwrap_or_default());

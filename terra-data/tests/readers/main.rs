@@ -6,6 +6,7 @@ mod bad_logs;
 mod bad_rovers;
 mod cmu;
 mod columns;
+mod formats;
 mod good_rovers;
 mod import;
 mod rig;

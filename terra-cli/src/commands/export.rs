@@ -1,0 +1,139 @@
+//! `terra export`: a soil, known or identified, for another simulator.
+
+use std::path::Path;
+
+use serde_json::Value;
+use terra_data::{scm_json, slip_compliance, write_slip_compliance};
+use terra_model::Registry;
+use terra_model::catalogue::{self, Confidence, Terrain};
+
+use crate::args::{Export, ExportSoil};
+use crate::error::CliError;
+use crate::output;
+
+pub(crate) fn run(what: &Export) -> Result<(), CliError> {
+    match what {
+        Export::ScmJson { soil, out } => {
+            claim(soil, out.as_deref())?;
+            let terrain = terrain(soil)?;
+            if terrain.shear_modulus.is_none() {
+                return Err(CliError::usage(
+                    format!("'{}' has no shear modulus, which Chrono needs", terrain.id),
+                    "`terra terrains` shows which soils have one (K)",
+                ));
+            }
+            output::json(out.as_deref(), &scm_json(&terrain))
+        }
+        Export::SlipCompliance {
+            soil,
+            radius,
+            width,
+            load,
+            model,
+            tolerance,
+            out,
+        } => {
+            claim(soil, out.as_deref())?;
+            if !(*tolerance > 0.0 && *tolerance < 1.0) {
+                return Err(CliError::usage(
+                    format!("--tolerance {tolerance}"),
+                    "a share between 0 and 1, for example 0.1",
+                ));
+            }
+            let law = Registry::builtin().law(model)?;
+            let p = terrain(soil)?.parameters(law.model())?;
+            let table = slip_compliance(&law, &p, *radius, *width, load, *tolerance)?;
+            let mut csv = vec![];
+            write_slip_compliance(&mut csv, &table).map_err(|reason| CliError::Write {
+                target: "the table".to_owned(),
+                reason,
+            })?;
+            output::text(out.as_deref(), &String::from_utf8_lossy(&csv))
+        }
+    }
+}
+
+fn claim(soil: &ExportSoil, out: Option<&Path>) -> Result<(), CliError> {
+    let inputs: Vec<&Path> = if is_file(&soil.soil) {
+        vec![Path::new(&soil.soil)]
+    } else {
+        vec![]
+    };
+    output::claim(&[out], &inputs)
+}
+
+fn is_file(soil: &str) -> bool {
+    Path::new(soil)
+        .extension()
+        .is_some_and(|e| e.eq_ignore_ascii_case("json"))
+}
+
+/// A soil of the catalogue, or the refined one of an identification.
+fn terrain(asked: &ExportSoil) -> Result<Terrain, CliError> {
+    if !is_file(&asked.soil) {
+        return Ok(catalogue::find(&asked.soil)?.clone());
+    }
+    let bad = |why: String| {
+        CliError::data(
+            format!("{}: {why}", asked.soil),
+            "a file that `terra identify --json` wrote, or an id of `terra terrains`",
+        )
+    };
+    let text = std::fs::read_to_string(&asked.soil).map_err(|e| bad(e.to_string()))?;
+    let json: Value = serde_json::from_str(&text).map_err(|e| bad(e.to_string()))?;
+    if json["schema"] != "terra-identify/1" {
+        return Err(bad(
+            "is no identification (schema terra-identify/1)".to_owned()
+        ));
+    }
+    let groups = json["groups"].as_array().map_or(&[][..], Vec::as_slice);
+    let name = |g: &Value| g["group"].as_str().unwrap_or_default().to_owned();
+    let group = match (&asked.group, groups) {
+        (None, [one]) => one,
+        (asked_for, all) => all
+            .iter()
+            .find(|g| Some(name(g)) == *asked_for)
+            .ok_or_else(|| {
+                let names: Vec<String> = all.iter().map(&name).collect();
+                CliError::usage(
+                    format!("{} has the groups {}", asked.soil, names.join(", ")),
+                    "name one: --group NAME",
+                )
+            })?,
+    };
+    refined(group).map_err(|why| bad(format!("group '{}': {why}", name(group))))
+}
+
+/// The refined soil of a group: what was fitted, over the soil it started from. A wheel knows only
+/// k_eq = k_c/b + k_phi, so a soil for its own width has it all as k_phi.
+fn refined(group: &Value) -> Result<Terrain, String> {
+    let refined = &group["refined"];
+    let start = refined["start"]
+        .as_str()
+        .ok_or("was not refined, so it has no soil of its own")?;
+    let mut soil = catalogue::find(start).map_err(|e| e.to_string())?.clone();
+    let parameters = refined["parameters"]
+        .as_object()
+        .ok_or("no parameters in it")?;
+    for (parameter, found) in parameters {
+        let value = found["mean"]
+            .as_f64()
+            .ok_or_else(|| format!("{parameter} has no mean"))?;
+        match parameter.as_str() {
+            "k_eq" => (soil.k_c, soil.k_phi) = (0.0, value),
+            "k_c" => soil.k_c = value,
+            "k_phi" => soil.k_phi = value,
+            "sinkage_exponent" => soil.sinkage_exponent = value,
+            "cohesion" => soil.cohesion = value,
+            "friction_angle" => soil.friction_angle = value,
+            "shear_modulus" => soil.shear_modulus = Some(value),
+            "c1" => soil.c1 = Some(value),
+            "c2" => soil.c2 = Some(value),
+            other => return Err(format!("{other} is no parameter of a catalogue's soil")),
+        }
+    }
+    soil.id = format!("{start}_refined").into();
+    soil.set = "own".into();
+    soil.confidence = Confidence::Own;
+    Ok(soil)
+}

@@ -1,0 +1,324 @@
+//! What the commands do, as functions: the same answers for a program that is no command line (the Python package).
+//!
+//! Nothing here prints or writes; a registry may hold the caller's own models and effects.
+
+use std::path::{Path, PathBuf};
+
+use clap::ValueEnum;
+use serde_json::Value;
+use terra_data::{
+    LogKind, Rover, hypothesis_terrains, parse_rover_with, read_rover_with, write_drive_log_to,
+    write_rig_log_to,
+};
+use terra_gap::{HoldOut, Settings, to_json};
+use terra_model::{Law, Registry};
+use terra_sim::{Scenario, SimError, simulate_drive, simulate_rig};
+
+use crate::args::{HoldOutArg, ImportArg};
+use crate::commands::{
+    estimate as estimating, gap as diagnosing, identify as weighing, import as importing,
+    inspect as looking, lists, simulate as simulating, wheel as wheels,
+};
+use crate::error::CliError;
+use crate::identify::{self, IdentifyOptions, identify_drive, identify_rig};
+use crate::input::{self, LogFile};
+use crate::robot::forces;
+
+/// A log or a rover file: on disk, or in memory under a name for messages.
+#[derive(Clone, Debug)]
+pub enum Source {
+    /// A file.
+    File(PathBuf),
+    /// Its bytes.
+    Memory {
+        /// How messages call it.
+        name: String,
+        /// What a file would hold.
+        bytes: Vec<u8>,
+    },
+}
+
+impl Source {
+    fn name(&self) -> &Path {
+        match self {
+            Source::File(path) => path,
+            Source::Memory { name, .. } => Path::new(name),
+        }
+    }
+
+    fn log(&self) -> Result<LogFile<'_>, CliError> {
+        match self {
+            Source::File(path) => LogFile::open(path),
+            Source::Memory { name, bytes } => Ok(LogFile::in_memory(name, bytes)),
+        }
+    }
+
+    fn rover(&self, registry: &Registry) -> Result<(Rover, String), CliError> {
+        match self {
+            Source::File(path) => input::rover_with(path, registry),
+            Source::Memory { name, bytes } => {
+                let text = String::from_utf8_lossy(bytes);
+                let rover = parse_rover_with(&text, name, registry)?;
+                Ok((rover, input::sha256(bytes)))
+            }
+        }
+    }
+
+    /// Where a rover file's own references start.
+    fn folder(&self) -> &Path {
+        match self {
+            Source::File(path) => path.parent().unwrap_or(Path::new("")),
+            Source::Memory { .. } => Path::new(""),
+        }
+    }
+}
+
+/// The terrain models of a registry, as `terra models --json`.
+pub fn models(registry: &Registry) -> Value {
+    lists::models_json(registry)
+}
+
+/// The effects of a registry, as `terra effects --json`.
+pub fn effects(registry: &Registry) -> Value {
+    lists::effects_json(registry)
+}
+
+/// The soils of the literature, as `terra terrains --json`.
+pub fn terrains() -> Value {
+    lists::terrains_json()
+}
+
+/// The filters, as `terra filters --json`.
+pub fn filters() -> Value {
+    lists::filters_json()
+}
+
+/// The estimators, as `terra estimators --json`.
+pub fn estimators() -> Value {
+    lists::estimators_json()
+}
+
+/// `terra inspect --json`: what is in a log, and what in it looks wrong.
+///
+/// # Errors
+/// As the command.
+pub fn inspect(log: &Source, rover: Option<&Source>) -> Result<Value, CliError> {
+    let given = rover.map(|r| r.rover(&Registry::builtin())).transpose()?;
+    let file = log.log()?;
+    let found = looking::look(log.name(), &file, given.map(|(r, _)| r))?;
+    Ok(looking::as_json(log.name(), &file, &found))
+}
+
+/// The log of `terra import`, as the CSV it writes, with what its user should know.
+///
+/// # Errors
+/// As the command; a kind that is no log (`scm-json`).
+pub fn import(
+    kind: &str,
+    source: &Path,
+    map: Option<&Path>,
+) -> Result<(Vec<u8>, Vec<String>), CliError> {
+    let known = || -> Vec<String> {
+        let names = ImportArg::value_variants().iter();
+        let names = names.filter_map(|k| Some(k.to_possible_value()?.get_name().to_owned()));
+        names.filter(|n| n != "scm-json").collect()
+    };
+    let no_log = || {
+        CliError::usage(
+            format!("kind = '{kind}'"),
+            format!("expected one of {}", known().join(", ")),
+        )
+    };
+    let asked = ImportArg::from_str(kind, false).map_err(|_| no_log())?;
+    let log = importing::log(asked, source, map)?.ok_or_else(no_log)?;
+    let mut csv = Vec::new();
+    log.write_to(&mut csv).map_err(|reason| CliError::Write {
+        target: "memory".to_owned(),
+        reason,
+    })?;
+    Ok((csv, log.notes))
+}
+
+/// The table of `terra estimate`, as CSV.
+///
+/// # Errors
+/// As the command: a rig log, a rover file that does not do, a filter by an unknown name.
+pub fn estimate(
+    log: &Source,
+    rover: &Source,
+    filter: &str,
+    smooth: bool,
+) -> Result<String, CliError> {
+    let (nominal, _) = rover.rover(&Registry::builtin())?;
+    let file = log.log()?;
+    if file.kind(&nominal)? == LogKind::Rig {
+        return Err(estimating::no_rig(log.name()));
+    }
+    let drive = file.drive(&nominal)?;
+    let forces = forces(&drive, &nominal, filter, smooth)
+        .map_err(|e| e.in_files(log.name(), rover.name()))?;
+    estimating::csv(&drive, &forces.steps)
+}
+
+/// `identify.json` of `terra identify`.
+///
+/// # Errors
+/// As the command.
+pub fn identify(
+    log: &Source,
+    rover: &Source,
+    registry: &Registry,
+    options: &IdentifyOptions,
+) -> Result<Value, CliError> {
+    let (nominal, rover_sha256) = rover.rover(registry)?;
+    let terrains = hypothesis_terrains(&nominal.terrain, rover.folder())?;
+    let file = log.log()?;
+    let found = match file.kind(&nominal)? {
+        LogKind::Drive => identify_drive(
+            &file.drive(&nominal)?,
+            &nominal,
+            registry,
+            &terrains,
+            options,
+        ),
+        LogKind::Rig => identify_rig(&file.rig(&nominal)?, &nominal, registry, &terrains, options),
+    }
+    .map_err(|e| e.in_files(log.name(), rover.name()))?;
+    Ok(identify::to_json(&found, &file.sha256(), &rover_sha256))
+}
+
+/// What happens to old evidence, as `--choice` says it: `none`, `floor:F`, `forgetting:L`, `transition:FILE`.
+///
+/// # Errors
+/// [`CliError::Usage`].
+pub fn choice(text: &str) -> Result<terra_mme::Choice, CliError> {
+    weighing::choice(text)
+}
+
+/// What is asked of [`gap`].
+#[derive(Clone, Debug)]
+pub struct GapOptions {
+    /// Candidate effects by name; `None` for all.
+    pub effects: Option<Vec<String>>,
+    /// `segment`, `trial`, `condition` or `slip`; `None` for the default of the log's kind.
+    pub hold_out: Option<String>,
+    /// Most effects combined (1 or 2).
+    pub combine: usize,
+    /// Mock cases to calibrate with; 0 takes what ships.
+    pub calibrate: usize,
+    /// Seed of the mock cases.
+    pub seed: u64,
+}
+
+impl Default for GapOptions {
+    fn default() -> Self {
+        GapOptions {
+            effects: None,
+            hold_out: None,
+            combine: 2,
+            calibrate: 0,
+            seed: 1,
+        }
+    }
+}
+
+/// `verdict.json` of `terra gap`.
+///
+/// # Errors
+/// As the command.
+pub fn gap(
+    log: &Source,
+    rover: &Source,
+    registry: &Registry,
+    options: &GapOptions,
+) -> Result<Value, CliError> {
+    if !(1..=2).contains(&options.combine) {
+        return Err(CliError::usage(
+            format!("combine = {}: expected 1 or 2", options.combine),
+            "1 tries effects one by one, 2 also pairs",
+        ));
+    }
+    let settings = |nominal: &Rover, kind: LogKind| -> Result<Settings, CliError> {
+        let mut settings = Settings::of(nominal);
+        settings.effects = options.effects.clone();
+        settings.combine = options.combine;
+        settings.calibrate = options.calibrate;
+        settings.seed = options.seed;
+        settings.hold_out = hold_out(options.hold_out.as_deref(), kind)?;
+        Ok(settings)
+    };
+    let case = diagnosing::Case {
+        log: &log.log()?,
+        log_name: log.name(),
+        rover: rover.rover(registry)?,
+        rover_name: rover.name(),
+        folder: rover.folder(),
+        registry,
+        against: None,
+    };
+    let verdict = diagnosing::diagnose(case, &settings)?;
+    Ok(to_json(&verdict.diagnosis, &verdict.provenance))
+}
+
+fn hold_out(asked: Option<&str>, kind: LogKind) -> Result<Option<HoldOut>, CliError> {
+    let asked = asked
+        .map(|name| {
+            HoldOutArg::from_str(name, false).map_err(|_| {
+                CliError::usage(
+                    format!("hold_out = '{name}': expected segment, trial, condition or slip"),
+                    "leave it out for the default of the log's kind",
+                )
+            })
+        })
+        .transpose()?;
+    diagnosing::hold_out(asked, kind)
+}
+
+/// `model+effect=magnitude+...` to a law and its magnitudes.
+///
+/// # Errors
+/// [`CliError::Usage`]: an unknown name, an effect without a magnitude, a pair that does not go together.
+pub fn law(registry: &Registry, text: &str) -> Result<(Law, Vec<f64>), CliError> {
+    wheels::law(registry, text)
+}
+
+/// A simulated log and its truth, as the CSV files that `terra simulate` writes.
+#[derive(Clone, Debug)]
+pub struct Simulated {
+    /// The log a user would have.
+    pub log: Vec<u8>,
+    /// What really happened.
+    pub truth: String,
+}
+
+/// Runs a scenario file.
+///
+/// # Errors
+/// As `terra simulate`.
+pub fn simulate(
+    scenario: &Path,
+    seed: Option<u64>,
+    registry: &Registry,
+) -> Result<Simulated, CliError> {
+    let mut said = Scenario::read(scenario)?;
+    if let Some(seed) = seed {
+        said.seed = seed;
+    }
+    let rover = read_rover_with(said.rover_path(scenario), registry)?;
+    let at = |e: SimError| CliError::from(e).within(scenario);
+    let memory = |reason| CliError::Write {
+        target: "memory".to_owned(),
+        reason,
+    };
+    let mut log = Vec::new();
+    let truth = if said.trials.is_empty() {
+        let run = simulate_drive(&said, &rover, registry).map_err(at)?;
+        write_drive_log_to(&mut log, &run.log).map_err(memory)?;
+        simulating::csv(&run.truth.columns())
+    } else {
+        let run = simulate_rig(&said, &rover, registry).map_err(at)?;
+        write_rig_log_to(&mut log, &run.log).map_err(memory)?;
+        simulating::csv(&run.truth.columns())
+    };
+    Ok(Simulated { log, truth })
+}

@@ -1,0 +1,334 @@
+"""What forces does the ground give each wheel, what soil is it, and which unmodelled effect makes the simulator differ
+from reality?
+
+Everything the command ``terra`` does, with numpy in and out and the same numbers. SI units and radians throughout;
+column and key names carry their unit. Long work releases the interpreter's lock and answers Ctrl-C.
+
+>>> import numpy as np, terra
+>>> forces = terra.wheel_forces("dry_sand", np.linspace(0.1, 0.9, 9), 245.25, radius=0.254, width=0.15)
+>>> bool(forces["drawbar_pull_N"].max() > 0)
+True
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import os
+import sys
+from dataclasses import dataclass
+from typing import Any, Mapping, Sequence, Union
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _terra
+from ._terra import (
+    BadData,
+    ConfigurationError,
+    Contact,
+    NoEquilibrium,
+    Registry,
+    TerraError,
+    __version__,
+)
+
+__all__ = [
+    "BadData",
+    "ConfigurationError",
+    "Contact",
+    "NoEquilibrium",
+    "Parameter",
+    "Registry",
+    "TerraError",
+    "__version__",
+    "effects",
+    "estimate",
+    "estimators",
+    "filters",
+    "gap",
+    "identify",
+    "import_log",
+    "inspect",
+    "models",
+    "simulate",
+    "terrains",
+    "wheel_forces",
+    "wheel_stresses",
+]
+
+#: A log: the path of a CSV file, or its columns (a dict of arrays, a pandas or polars frame).
+Log = Union[str, "os.PathLike[str]", Mapping[str, Any]]
+#: A rover or rig file: its path, or its tables as nested dicts.
+Rover = Union[str, "os.PathLike[str]", Mapping[str, Any]]
+#: A soil: an id of the catalogue, or values by the model's parameter names (SI, rad).
+Terrain = Union[str, Mapping[str, float]]
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One number of a model or an effect of one's own.
+
+    ``scale`` is ``"log"`` for a positive number that is fitted by its logarithm, ``prior_sd`` the standard deviation
+    of ln(value) on that scale and of the value on the linear one.
+    """
+
+    name: str
+    unit: str = "1"
+    min: float = 0.0
+    max: float = float("inf")
+    scale: str = "linear"
+    prior_sd: float = 0.3
+    symbol: str = ""
+    doc: str = ""
+
+
+def wheel_forces(
+    terrain: Terrain,
+    slip: ArrayLike,
+    normal_load: ArrayLike,
+    *,
+    radius: ArrayLike,
+    width: ArrayLike,
+    model: str = "wong-reece",
+    registry: Registry | None = None,
+) -> dict[str, NDArray[Any]]:
+    """Forces of the ground on one wheel, for any number of contacts at once.
+
+    Args:
+        terrain: id of a soil (``terrains()``), or parameter values by name.
+        slip: library slip in [-1, 1]: 1 - v/(R w) driving, R w/v - 1 braking.
+        normal_load: N.
+        radius: wheel radius in m.
+        width: wheel width in m.
+        model: ``"wong-reece"``, or with effects ``"wong-reece+slip-sinkage=0.3"``.
+        registry: where models and effects are looked up.
+
+    Slip, load, radius and width are broadcast against each other.
+
+    Returns:
+        Arrays of that shape: ``drawbar_pull_N``, ``torque_N_m``, ``thrust_N``, ``motion_resistance_N``,
+        ``lateral_force_N``, ``sinkage_m``, ``entry_angle_rad``, ``max_stress_angle_rad``, and ``carried``: False
+        (and NaN elsewhere) where the soil cannot carry the load.
+
+    Raises:
+        ConfigurationError: an unknown name, a number out of range.
+    """
+    arrays = np.broadcast_arrays(
+        *(np.asarray(a, dtype=np.float64) for a in (slip, normal_load, radius, width))
+    )
+    shape = arrays[0].shape
+    s, w, r, b = (np.ascontiguousarray(a).reshape(-1) for a in arrays)
+    out = _terra.wheel_forces(_terrain(terrain), s, w, r, b, model, registry)
+    return {name: np.asarray(values).reshape(shape) for name, values in out.items()}
+
+
+def wheel_stresses(
+    terrain: Terrain,
+    slip: float,
+    normal_load: float,
+    *,
+    radius: float,
+    width: float,
+    model: str = "wong-reece",
+    points: int = 101,
+) -> dict[str, NDArray[np.float64]]:
+    """Stresses along the contact from exit to entry: ``angle_rad``, ``normal_stress_Pa``, ``shear_stress_Pa``."""
+    return _terra.wheel_stresses(
+        _terrain(terrain), slip, normal_load, radius, width, model, points
+    )
+
+
+def models(registry: Registry | None = None) -> list[dict[str, Any]]:
+    """The terrain models, as ``terra models --json``."""
+    return _terra.models(registry)
+
+
+def effects(registry: Registry | None = None) -> list[dict[str, Any]]:
+    """The effects a diagnosis can name, as ``terra effects --json``."""
+    return _terra.effects(registry)
+
+
+def terrains() -> list[dict[str, Any]]:
+    """The soils of the literature with their sources, as ``terra terrains --json``."""
+    return _terra.terrains()
+
+
+def filters() -> list[dict[str, Any]]:
+    """The filters that estimate wheel forces, as ``terra filters --json``."""
+    return _terra.filters()
+
+
+def estimators() -> list[dict[str, Any]]:
+    """The estimators that weigh soils, as ``terra estimators --json``."""
+    return _terra.estimators()
+
+
+def simulate(
+    scenario: str | os.PathLike[str],
+    *,
+    seed: int | None = None,
+    registry: Registry | None = None,
+) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Runs a scenario file; the log a user would have, and the truth behind it.
+
+    Both are columns: float64 arrays with NaN for a missing sample, lists for text. ``pandas.DataFrame(log)`` and
+    ``polars.DataFrame(log)`` take them, and so do ``estimate``, ``identify`` and ``gap``. Same seed, same numbers.
+    """
+    return _terra.simulate(scenario, seed, registry)
+
+
+def inspect(log: Log, rover: Rover | None = None) -> dict[str, Any]:
+    """What is in a log, and what in it looks wrong: the content of ``terra inspect --json``."""
+    return _terra.inspect(_log(log), None if rover is None else _rover(rover))
+
+
+def import_log(
+    kind: str, source: str | os.PathLike[str], *, map: str | os.PathLike[str] | None = None
+) -> tuple[dict[str, Any], list[str]]:
+    """A known data set or format as the columns of a log, with notes on what its user should know.
+
+    Args:
+        kind: as in ``terra import``: ``mcap``, ``parquet``, ``mat``, ``norlab-drive`` ...
+        source: the file.
+        map: topic map of a bag (TOML).
+    """
+    return _terra.import_log(kind, source, map)
+
+
+def estimate(
+    log: Log, rover: Rover, *, filter: str = "block", smooth: bool = False
+) -> dict[str, Any]:
+    """Wheel force, torque and slip with 1-sigma for each row of a drive log, without any soil model.
+
+    Columns as ``terra estimate`` writes them; ``filter`` as in ``filters()``; ``smooth`` uses the whole log for
+    every instant.
+    """
+    return _terra.estimate(_log(log), _rover(rover), filter, smooth)
+
+
+def identify(
+    log: Log,
+    rover: Rover,
+    *,
+    estimator: str | None = None,
+    choice: str = "none",
+    join: bool = False,
+    history: bool = False,
+    refine: bool = True,
+    filter: str = "block",
+    registry: Registry | None = None,
+) -> dict[str, Any]:
+    """What soil is it? The content of ``terra identify --json`` (schema ``terra-identify/1``).
+
+    Args:
+        estimator: as in ``estimators()``; the default of the log's kind when absent.
+        choice: what happens to old evidence: ``none``, ``floor:F``, ``forgetting:L``, ``transition:FILE``.
+        join: one soil under both sides.
+        history: keep the posterior after every sample.
+        refine: refine the winner's parameters.
+    """
+    return _terra.identify(
+        _log(log), _rover(rover), estimator, choice, join, history, refine, filter, registry
+    )
+
+
+def gap(
+    log: Log,
+    rover: Rover,
+    *,
+    effects: Sequence[str] | None = None,
+    hold_out: str | None = None,
+    combine: int = 2,
+    calibrate: int = 0,
+    seed: int = 1,
+    registry: Registry | None = None,
+) -> dict[str, Any]:
+    """Where does the simulator differ from reality, and what causes it? The content of ``terra gap --json``
+    (schema ``terra-gap/1``).
+
+    Args:
+        effects: candidates by name; all when absent.
+        hold_out: ``segment``, ``trial``, ``condition`` or ``slip``.
+        combine: most effects combined (1 or 2).
+        calibrate: mock cases of this log's own design to calibrate with.
+        seed: of the mock cases.
+        registry: with effects and models of one's own among the candidates.
+    """
+    names = None if effects is None else list(effects)
+    return _terra.gap(
+        _log(log), _rover(rover), names, hold_out, combine, calibrate, seed, registry
+    )
+
+
+def _terrain(terrain: Terrain) -> str | dict[str, float]:
+    if isinstance(terrain, str):
+        return terrain
+    return {str(name): float(value) for name, value in terrain.items()}
+
+
+def _log(log: Log) -> Any:
+    """A path as it is; columns as the bytes of the CSV file they would be."""
+    if isinstance(log, (str, os.PathLike)):
+        return log
+    columns = {str(name): log[name] for name in _names(log)}
+    if not columns:
+        raise ConfigurationError("the log has no columns")
+    lengths = {name: len(values) for name, values in columns.items()}
+    if len(set(lengths.values())) > 1:
+        raise ConfigurationError(f"columns of different lengths: {lengths}")
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(columns)
+    writer.writerows(zip(*(_cells(values) for values in columns.values())))
+    return ("log in memory", text.getvalue().encode())
+
+
+def _names(log: Any) -> list[Any]:
+    return list(log.keys() if hasattr(log, "keys") else log.columns)
+
+
+def _cells(values: Any) -> list[str]:
+    """Shortest digits that read back to the same bits; empty for a missing value."""
+    array = np.asarray(values)
+    if array.dtype.kind in "fiub":
+        numbers = array.astype(np.float64)
+        return ["" if not np.isfinite(x) else repr(float(x)) for x in numbers]
+    return ["" if v is None or v != v else str(v) for v in array.tolist()]
+
+
+def _rover(rover: Rover) -> Any:
+    if isinstance(rover, (str, os.PathLike)):
+        return rover
+    return ("rover in memory", _toml(rover).encode())
+
+
+def _toml(tables: Mapping[str, Any]) -> str:
+    return "".join(f"{_key(name)} = {_value(value)}\n" for name, value in tables.items())
+
+
+def _key(name: str) -> str:
+    return _value(str(name))
+
+
+def _value(value: Any) -> str:
+    if isinstance(value, Mapping):
+        return "{ " + ", ".join(f"{_key(k)} = {_value(v)}" for k, v in value.items()) + " }"
+    if isinstance(value, (bool, np.bool_)):
+        return "true" if value else "false"
+    if isinstance(value, (int, np.integer)):
+        return str(int(value))
+    if isinstance(value, (float, np.floating)):
+        return repr(float(value))
+    if isinstance(value, str):
+        escaped = value.replace("\\", "\\\\").replace('"', '\\"')
+        escaped = escaped.replace("\n", "\\n").replace("\r", "\\r").replace("\t", "\\t")
+        return f'"{escaped}"'
+    if isinstance(value, (list, tuple)):
+        return "[" + ", ".join(map(_value, value)) + "]"
+    raise ConfigurationError(f"{value!r} has no place in a rover file")
+
+
+def _main() -> int:
+    """The command ``terra``, which comes with the package."""
+    return _terra.command(["terra", *sys.argv[1:]])

@@ -1,0 +1,121 @@
+"""The native half of the package; use the functions of ``terra``."""
+
+import os
+from typing import Any, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+__version__: str
+
+_Source = str | os.PathLike[str] | tuple[str, bytes]
+_Soil = str | dict[str, float]
+
+class TerraError(ValueError):
+    """Whatever terra refuses; the message says what was found, what was expected, and what to do."""
+
+class ConfigurationError(TerraError):
+    """A wrong argument, rover file or scenario (the command would exit with status 2)."""
+
+class BadData(TerraError):
+    """A log that cannot be used (the command would exit with status 3)."""
+
+class NoEquilibrium(TerraError):
+    """Raised by a model of one's own, as ``NoEquilibrium(load, max_load)``: the soil cannot carry the wheel."""
+
+class Contact:
+    """One wheel's contact as a model or an effect of one's own sees it; SI and radians."""
+
+    slip: float
+    normal_load: float
+    radius: float
+    width: float
+    speed: float
+    wheel_speed: float
+    slip_angle: float
+    yaw_rate: float
+    path: float
+    earlier_passes: float
+    side: float
+    wheelbase: float
+    time: float
+    stiffness: float
+    cohesion: float
+    friction: float
+    shear_modulus: float
+    sinkage_exponent: float
+    contact_radius: float
+    exit_ratio: float
+    shear_hump: float
+    lug_height: float
+    layer_depth: float
+    layer_stiffness: float
+
+class Registry:
+    """Models and effects by name: the built-in ones and one's own.
+
+    A model is an object with ``name``, ``parameters`` (a list of ``terra.Parameter``) and
+    ``wheel_forces(p, contact)``, which returns a dict with ``drawbar_pull`` and ``resistive_torque`` and may add
+    ``sinkage``, ``lateral_force``, ``thrust``, ``compaction_resistance``. An effect has ``name``, ``parameters`` and
+    ``before(e, contact)`` or ``after(e, contact, forces)``, which return a dict of what they change. ``p`` and ``e``
+    are dicts by parameter name. Both may have ``summary``, ``reference``; a model ``hooks``, an effect ``needs``,
+    ``scope``, ``regime``, ``isolated_by``.
+    """
+
+    def __init__(self, models: Sequence[Any] = ..., effects: Sequence[Any] = ...) -> None: ...
+
+def wheel_forces(
+    terrain: _Soil,
+    slip: NDArray[np.float64],
+    normal_load: NDArray[np.float64],
+    radius: NDArray[np.float64],
+    width: NDArray[np.float64],
+    model: str = ...,
+    registry: Registry | None = ...,
+) -> dict[str, Any]: ...
+def wheel_stresses(
+    terrain: _Soil,
+    slip: float,
+    normal_load: float,
+    radius: float,
+    width: float,
+    model: str = ...,
+    points: int = ...,
+) -> dict[str, NDArray[np.float64]]: ...
+def models(registry: Registry | None = ...) -> list[dict[str, Any]]: ...
+def effects(registry: Registry | None = ...) -> list[dict[str, Any]]: ...
+def terrains() -> list[dict[str, Any]]: ...
+def filters() -> list[dict[str, Any]]: ...
+def estimators() -> list[dict[str, Any]]: ...
+def command(args: Sequence[str]) -> int: ...
+def inspect(log: _Source, rover: _Source | None = ...) -> dict[str, Any]: ...
+def import_log(
+    kind: str, source: str | os.PathLike[str], map: str | os.PathLike[str] | None = ...
+) -> tuple[dict[str, Any], list[str]]: ...
+def simulate(
+    scenario: str | os.PathLike[str], seed: int | None = ..., registry: Registry | None = ...
+) -> tuple[dict[str, Any], dict[str, Any]]: ...
+def estimate(
+    log: _Source, rover: _Source, filter: str = ..., smooth: bool = ...
+) -> dict[str, Any]: ...
+def identify(
+    log: _Source,
+    rover: _Source,
+    estimator: str | None = ...,
+    choice: str = ...,
+    join: bool = ...,
+    history: bool = ...,
+    refine: bool = ...,
+    filter: str = ...,
+    registry: Registry | None = ...,
+) -> dict[str, Any]: ...
+def gap(
+    log: _Source,
+    rover: _Source,
+    effects: list[str] | None = ...,
+    hold_out: str | None = ...,
+    combine: int = ...,
+    calibrate: int = ...,
+    seed: int = ...,
+    registry: Registry | None = ...,
+) -> dict[str, Any]: ...

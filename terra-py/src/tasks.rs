@@ -1,0 +1,171 @@
+//! Lists, simulation, estimation, identification and diagnosis.
+
+use std::ffi::OsString;
+use std::path::PathBuf;
+
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use terra_cli::IdentifyOptions;
+use terra_cli::tasks::{self, GapOptions, Source};
+
+use crate::convert::{Given, table, to_python};
+use crate::error::raise;
+use crate::interrupt;
+use crate::own::Registry;
+
+/// Columns of text in the tables of the contract.
+const TEXT: &[&str] = &["segment", "flag", "trial", "condition"];
+
+#[pyfunction]
+#[pyo3(signature = (registry=None))]
+pub(crate) fn models<'py>(
+    py: Python<'py>,
+    registry: Option<&Registry>,
+) -> PyResult<Bound<'py, PyAny>> {
+    to_python(py, &tasks::models(&Registry::of(registry).0))
+}
+
+#[pyfunction]
+#[pyo3(signature = (registry=None))]
+pub(crate) fn effects<'py>(
+    py: Python<'py>,
+    registry: Option<&Registry>,
+) -> PyResult<Bound<'py, PyAny>> {
+    to_python(py, &tasks::effects(&Registry::of(registry).0))
+}
+
+#[pyfunction]
+pub(crate) fn terrains(py: Python<'_>) -> PyResult<Bound<'_, PyAny>> {
+    to_python(py, &tasks::terrains())
+}
+
+#[pyfunction]
+pub(crate) fn filters(py: Python<'_>) -> PyResult<Bound<'_, PyAny>> {
+    to_python(py, &tasks::filters())
+}
+
+#[pyfunction]
+pub(crate) fn estimators(py: Python<'_>) -> PyResult<Bound<'_, PyAny>> {
+    to_python(py, &tasks::estimators())
+}
+
+/// Runs a command line.
+#[pyfunction]
+pub(crate) fn command(py: Python<'_>, args: Vec<OsString>) -> u8 {
+    py.detach(|| terra_cli::run_with(args))
+}
+
+#[pyfunction]
+#[pyo3(signature = (log, rover=None))]
+pub(crate) fn inspect<'py>(
+    py: Python<'py>,
+    log: Given,
+    rover: Option<Given>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let log: Source = log.into();
+    let rover: Option<Source> = rover.map(Given::into);
+    let done = interrupt::run(py, move || tasks::inspect(&log, rover.as_ref()))?;
+    to_python(py, &done.map_err(raise)?)
+}
+
+#[pyfunction]
+#[pyo3(signature = (kind, source, map=None))]
+pub(crate) fn import_log<'py>(
+    py: Python<'py>,
+    kind: String,
+    source: PathBuf,
+    map: Option<PathBuf>,
+) -> PyResult<(Bound<'py, PyDict>, Vec<String>)> {
+    let done = interrupt::run(py, move || tasks::import(&kind, &source, map.as_deref()))?;
+    let (csv, notes) = done.map_err(raise)?;
+    Ok((table(py, &csv, TEXT)?, notes))
+}
+
+#[pyfunction]
+#[pyo3(signature = (scenario, seed=None, registry=None))]
+pub(crate) fn simulate<'py>(
+    py: Python<'py>,
+    scenario: PathBuf,
+    seed: Option<u64>,
+    registry: Option<&Registry>,
+) -> PyResult<(Bound<'py, PyDict>, Bound<'py, PyDict>)> {
+    let (registry, trouble) = Registry::of(registry);
+    let done = interrupt::run(py, move || tasks::simulate(&scenario, seed, &registry))?;
+    let run = trouble.settle(py, done.map_err(raise))?;
+    Ok((
+        table(py, &run.log, TEXT)?,
+        table(py, run.truth.as_bytes(), TEXT)?,
+    ))
+}
+
+#[pyfunction]
+#[pyo3(signature = (log, rover, filter="block", smooth=false))]
+pub(crate) fn estimate<'py>(
+    py: Python<'py>,
+    log: Given,
+    rover: Given,
+    filter: &str,
+    smooth: bool,
+) -> PyResult<Bound<'py, PyDict>> {
+    let (log, rover): (Source, Source) = (log.into(), rover.into());
+    let filter = filter.to_owned();
+    let done = interrupt::run(py, move || tasks::estimate(&log, &rover, &filter, smooth))?;
+    table(py, done.map_err(raise)?.as_bytes(), TEXT)
+}
+
+#[pyfunction]
+#[pyo3(signature = (log, rover, estimator=None, choice="none", join=false, history=false, refine=true, filter="block", registry=None))]
+pub(crate) fn identify<'py>(
+    py: Python<'py>,
+    log: Given,
+    rover: Given,
+    estimator: Option<String>,
+    choice: &str,
+    join: bool,
+    history: bool,
+    refine: bool,
+    filter: &str,
+    registry: Option<&Registry>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let (log, rover): (Source, Source) = (log.into(), rover.into());
+    let options = IdentifyOptions {
+        estimator,
+        choice: tasks::choice(choice).map_err(raise)?,
+        join,
+        history,
+        refine,
+        filter: filter.to_owned(),
+        ..IdentifyOptions::default()
+    };
+    let (registry, trouble) = Registry::of(registry);
+    let done = interrupt::run(py, move || {
+        tasks::identify(&log, &rover, &registry, &options)
+    })?;
+    to_python(py, &trouble.settle(py, done.map_err(raise))?)
+}
+
+#[pyfunction]
+#[pyo3(signature = (log, rover, effects=None, hold_out=None, combine=2, calibrate=0, seed=1, registry=None))]
+pub(crate) fn gap<'py>(
+    py: Python<'py>,
+    log: Given,
+    rover: Given,
+    effects: Option<Vec<String>>,
+    hold_out: Option<String>,
+    combine: usize,
+    calibrate: usize,
+    seed: u64,
+    registry: Option<&Registry>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let (log, rover): (Source, Source) = (log.into(), rover.into());
+    let options = GapOptions {
+        effects,
+        hold_out,
+        combine,
+        calibrate,
+        seed,
+    };
+    let (registry, trouble) = Registry::of(registry);
+    let done = interrupt::run(py, move || tasks::gap(&log, &rover, &registry, &options))?;
+    to_python(py, &trouble.settle(py, done.map_err(raise))?)
+}

@@ -1,0 +1,145 @@
+//! Forces and stresses of wheels.
+
+use numpy::PyReadonlyArray1;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+use terra_cli::{CliError, tasks};
+use terra_model::{Contact, ForceLaw, Law, ModelError, WheelForces, catalogue};
+
+use crate::convert::array;
+use crate::error::{ConfigurationError, raise};
+use crate::interrupt;
+use crate::own::Registry;
+
+/// A soil: an id of the catalogue, or values by the parameters' names.
+#[derive(FromPyObject)]
+pub(crate) enum Soil {
+    Id(String),
+    Values(BTreeMap<String, f64>),
+}
+
+/// The law and its parameters: those of the soil, then the effects' magnitudes.
+fn law(registry: &terra_model::Registry, model: &str, soil: &Soil) -> PyResult<(Law, Vec<f64>)> {
+    let (law, magnitudes) = tasks::law(registry, model).map_err(raise)?;
+    let names: Vec<&str> = law.model().params().iter().map(|p| p.name).collect();
+    let mut p = match soil {
+        Soil::Id(id) => catalogue::find(id)
+            .and_then(|t| t.parameters(law.model()))
+            .map_err(|e| raise(CliError::from(e)))?,
+        Soil::Values(values) => {
+            if let Some(extra) = values.keys().find(|k| !names.contains(&k.as_str())) {
+                return Err(ConfigurationError::new_err(format!(
+                    "{} has no parameter '{extra}', expected {}",
+                    law.model().name(),
+                    names.join(", ")
+                )));
+            }
+            names
+                .iter()
+                .map(|name| {
+                    values.get(*name).copied().ok_or_else(|| {
+                        ConfigurationError::new_err(format!(
+                            "no '{name}', expected {}",
+                            names.join(", ")
+                        ))
+                    })
+                })
+                .collect::<PyResult<_>>()?
+        }
+    };
+    p.extend(magnitudes);
+    Ok((law, p))
+}
+
+type Forces = Result<WheelForces<f64>, ModelError>;
+
+#[pyfunction]
+#[pyo3(signature = (terrain, slip, normal_load, radius, width, model="wong-reece", registry=None))]
+pub(crate) fn wheel_forces<'py>(
+    py: Python<'py>,
+    terrain: Soil,
+    slip: PyReadonlyArray1<'py, f64>,
+    normal_load: PyReadonlyArray1<'py, f64>,
+    radius: PyReadonlyArray1<'py, f64>,
+    width: PyReadonlyArray1<'py, f64>,
+    model: &str,
+    registry: Option<&Registry>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let (registry, trouble) = Registry::of(registry);
+    let (law, p) = law(&registry, model, &terrain)?;
+    let contacts: Vec<Contact<f64>> = slip
+        .as_array()
+        .iter()
+        .zip(normal_load.as_array())
+        .zip(radius.as_array().iter().zip(width.as_array()))
+        .map(|((s, w), (r, b))| Contact::new(*s, *w, *r, *b))
+        .collect();
+    let found: Vec<Forces> = interrupt::run(py, move || {
+        contacts.par_iter().map(|at| law.forces(&p, at)).collect()
+    })?;
+    trouble.settle(py, Ok(()))?;
+    // A load that the soil cannot carry is an answer; anything else is a mistake.
+    let bad = |e: &&ModelError| !matches!(e, ModelError::NoEquilibrium { .. });
+    if let Some(e) = found
+        .iter()
+        .filter_map(|f| f.as_ref().err())
+        .find(|e| bad(e))
+    {
+        return Err(raise(CliError::from(e.clone())));
+    }
+    let column = |value: fn(&WheelForces<f64>) -> Option<f64>| -> Vec<f64> {
+        let value = |f: &Forces| f.as_ref().ok().and_then(value).unwrap_or(f64::NAN);
+        found.iter().map(value).collect()
+    };
+    let out = PyDict::new(py);
+    for (name, values) in [
+        ("drawbar_pull_N", column(|f| Some(f.drawbar_pull))),
+        ("torque_N_m", column(|f| Some(f.resistive_torque))),
+        ("thrust_N", column(|f| Some(f.parts.thrust))),
+        (
+            "motion_resistance_N",
+            column(|f| Some(f.parts.compaction_resistance + f.parts.bulldozing_resistance)),
+        ),
+        ("lateral_force_N", column(|f| Some(f.lateral_force))),
+        ("sinkage_m", column(|f| f.sinkage)),
+        ("entry_angle_rad", column(|f| f.angles.map(|a| a.entry))),
+        (
+            "max_stress_angle_rad",
+            column(|f| f.angles.map(|a| a.max_stress)),
+        ),
+    ] {
+        out.set_item(name, array(py, values))?;
+    }
+    let carried: Vec<bool> = found.iter().map(Result::is_ok).collect();
+    out.set_item("carried", carried)?;
+    Ok(out)
+}
+
+#[pyfunction]
+#[pyo3(signature = (terrain, slip, normal_load, radius, width, model="wong-reece", points=101))]
+pub(crate) fn wheel_stresses<'py>(
+    py: Python<'py>,
+    terrain: Soil,
+    slip: f64,
+    normal_load: f64,
+    radius: f64,
+    width: f64,
+    model: &str,
+    points: usize,
+) -> PyResult<Bound<'py, PyDict>> {
+    let (law, p) = law(&terra_model::Registry::builtin(), model, &terrain)?;
+    let profile = law
+        .stresses(&p, &Contact::new(slip, normal_load, radius, width), points)
+        .map_err(|e| raise(CliError::from(e)))?
+        .ok_or_else(|| ConfigurationError::new_err(format!("{model} has no stresses")))?;
+    let column = |value: fn(&terra_model::StressPoint) -> f64| {
+        array(py, profile.points.iter().map(value).collect())
+    };
+    let out = PyDict::new(py);
+    out.set_item("angle_rad", column(|p| p.angle))?;
+    out.set_item("normal_stress_Pa", column(|p| p.normal_stress))?;
+    out.set_item("shear_stress_Pa", column(|p| p.shear_stress))?;
+    Ok(out)
+}

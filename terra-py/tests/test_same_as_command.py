@@ -1,0 +1,126 @@
+"""Both ways in give the same numbers, to the last bit."""
+
+import csv
+import io
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import terra
+
+
+def columns(text):
+    rows = list(csv.reader(io.StringIO(text)))
+    return {name: [row[k] for row in rows[1:]] for k, name in enumerate(rows[0])}
+
+
+def same(array, cells):
+    expected = [float(c) if c else np.nan for c in cells]
+    np.testing.assert_array_equal(array, expected)
+
+
+@pytest.mark.parametrize("name", ["models", "effects", "terrains", "filters", "estimators"])
+def test_lists(command, name):
+    assert getattr(terra, name)() == json.loads(command(name, "--json"))
+
+
+@pytest.mark.parametrize("model", ["wong-reece", "wong-reece+slip-sinkage=0.3"])
+def test_wheel(command, model):
+    said = columns(
+        command("wheel", "--terrain", "dry_sand", "--radius_m", "0.254", "--width_m", "0.15",
+                "--load_N", "245.25", "--slip", "-0.5:0.9:0.1", "--model", model)
+    )  # fmt: skip
+    slip = [float(s) for s in said["slip"]]
+    found = terra.wheel_forces("dry_sand", slip, 245.25, radius=0.254, width=0.15, model=model)
+    for name in ["drawbar_pull_N", "torque_N_m", "thrust_N", "motion_resistance_N", "sinkage_m",
+                 "entry_angle_rad", "max_stress_angle_rad"]:  # fmt: skip
+        same(found[name], said[name])
+    assert [s == "ok" for s in said["status"]] == found["carried"].tolist()
+
+
+def test_stresses(command, tmp_path):
+    out = tmp_path / "w.csv"
+    command("wheel", "--terrain", "dry_sand", "--radius_m", "0.254", "--width_m", "0.15", "--load_N",
+            "245.25", "--slip", "0.3", "--stress", "--csv", out)  # fmt: skip
+    said = columns((tmp_path / "w.stress.csv").read_text())
+    found = terra.wheel_stresses("dry_sand", 0.3, 245.25, radius=0.254, width=0.15)
+    for name, values in found.items():
+        same(values, said[name])
+
+
+def test_simulate(logs, examples):
+    for scenario, file in [("paper/lean_clay.toml", "drive.csv"), ("rig/slip_sinkage.toml", "rig.csv")]:
+        log, truth = terra.simulate(examples / scenario)
+        said = columns((logs / file).read_text())
+        assert list(log) == list(said)
+        for name, values in log.items():
+            if isinstance(values, list):
+                assert values == said[name]
+            else:
+                same(values, said[name])
+        assert len(truth["normal_load_N" if file == "rig.csv" else "time_s"]) == len(said["slip" if file == "rig.csv" else "time_s"])  # fmt: skip
+
+
+def test_another_seed_is_another_draw(examples):
+    scenario = examples / "rig/slip_sinkage.toml"
+    one, two, again = (terra.simulate(scenario, seed=s)[0] for s in (1, 2, 1))
+    assert not np.array_equal(one["drawbar_pull_N"], two["drawbar_pull_N"])
+    np.testing.assert_array_equal(one["drawbar_pull_N"], again["drawbar_pull_N"])
+
+
+@pytest.mark.parametrize("smooth", [False, True])
+def test_estimate(command, logs, examples, smooth):
+    rover = examples / "paper/rover.toml"
+    said = columns(
+        command("estimate", logs / "drive.csv", "--rover", rover, *(["--smooth"] if smooth else []))
+    )
+    found = terra.estimate(logs / "drive.csv", rover, smooth=smooth)
+    assert list(found) == list(said)
+    for name, values in found.items():
+        if name in ("segment", "flag"):
+            assert values == said[name]
+        else:
+            same(values, said[name])
+
+
+@pytest.mark.parametrize(
+    "log, rover", [("drive.csv", "paper/rover.toml"), ("rig.csv", "rig/rig.toml")]
+)
+def test_identify(command, logs, examples, tmp_path, log, rover):
+    out = tmp_path / "identify.json"
+    command("identify", logs / log, "--rover", examples / rover, "--json", out)
+    assert terra.identify(logs / log, examples / rover) == json.loads(out.read_text())
+
+
+def test_gap(command, logs, examples, tmp_path):
+    out = tmp_path / "verdict.json"
+    rover = examples / "rig/rig.toml"
+    options = ["--effects", "slip-sinkage,grousers", "--combine", "1", "--hold-out", "slip"]
+    command("gap", logs / "rig.csv", "--rover", rover, "--json", out, *options)
+    found = terra.gap(
+        logs / "rig.csv", rover, effects=["slip-sinkage", "grousers"], combine=1, hold_out="slip"
+    )
+    assert found == json.loads(out.read_text())
+    assert found["schema"] == "terra-gap/1"
+
+
+def test_inspect(command, logs, examples, tmp_path):
+    out = tmp_path / "inspect.json"
+    for log, rover in [("drive.csv", None), ("rig.csv", examples / "rig/rig.toml")]:
+        command("inspect", logs / log, "--json", out, *(["--rover", rover] if rover else []))
+        assert terra.inspect(logs / log, rover) == json.loads(out.read_text())
+
+
+def test_the_command_comes_with_the_package():
+    def run(*args):
+        line = [sys.executable, "-c", "import sys, terra; sys.exit(terra._main())", *args]
+        done = subprocess.run(line, capture_output=True, text=True)
+        return done.returncode, done.stdout, done.stderr
+
+    code, out, _ = run("models", "--json")
+    assert code == 0 and json.loads(out) == terra.models()
+    code, _, said = run("gap", "none.csv", "--rover", "none.toml")
+    assert code == 2 and "no such file" in said
