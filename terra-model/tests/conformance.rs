@@ -14,7 +14,7 @@ use terra_model::{
 fn every_model_conforms() {
     let registry = Registry::builtin();
     assert!(registry.models().len() >= 2);
-    for model in registry.models() {
+    for model in registry.models().iter().chain(registry.named_models()) {
         let checked = check_model_dyn(&**model).unwrap_or_else(|e| panic!("{e}"));
         // A model that the catalogue knows no soils for is examined on its own few.
         let known = terra_model::catalogue::find("dry_sand")
@@ -40,7 +40,7 @@ fn every_effect_conforms() {
 fn every_pair_conforms() {
     let registry = Registry::builtin();
     let (mut carried, mut other_forms) = (0, 0);
-    for model in registry.models() {
+    for model in registry.models().iter().chain(registry.named_models()) {
         for effect in registry.effects() {
             let checked = check_pair(model, effect).unwrap_or_else(|e| panic!("{e}"));
             let on_the_wheel = effect
