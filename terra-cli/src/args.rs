@@ -40,7 +40,7 @@ pub(crate) enum Command {
         #[arg(long)]
         json: bool,
     },
-    /// Unmodelled effects that a diagnosis can name: equation, regime, what isolates each.
+    /// Unmodelled effects that a diagnosis can name: equation, regime, isolation.
     Effects {
         /// As JSON.
         #[arg(long)]
@@ -72,7 +72,7 @@ pub(crate) enum Command {
     ///
     /// Every pressure-sinkage or shear law is compared, and what the tests cannot tell is said by name.
     Bevameter(BevameterArgs),
-    /// What is in a log, and what in it looks wrong: units, signs, sides, clock, stuck and missing channels.
+    /// What is in a log, and what in it looks wrong: units, signs, sides, clock, channels.
     ///
     /// Works without a rover file on a log in terra's own column names; with one it knows radius, track and units.
     Inspect {
