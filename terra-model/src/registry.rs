@@ -30,6 +30,14 @@ impl Registry {
         effects::register(models::register(Self::empty()))
     }
 
+    /// Adds the other forms of the effects, [`effects::forms`], after their defaults, which bare names still mean.
+    ///
+    /// They are apart from [`builtin`](Self::builtin) because the weights of a diagnosis are calibrated for one form a name.
+    #[must_use]
+    pub fn with_forms(self) -> Self {
+        effects::forms::register(self)
+    }
+
     /// Adds a terrain model.
     #[must_use]
     pub fn with_model<M: TerrainModel>(mut self) -> Self {

@@ -28,7 +28,7 @@ fn every_model_conforms() {
 
 #[test]
 fn every_effect_conforms() {
-    let registry = Registry::builtin();
+    let registry = Registry::builtin().with_forms();
     assert!(registry.effects().len() >= 34);
     for effect in registry.effects() {
         let checked = check_effect_dyn(&**effect).unwrap_or_else(|e| panic!("{e}"));
@@ -38,7 +38,7 @@ fn every_effect_conforms() {
 
 #[test]
 fn every_pair_conforms() {
-    let registry = Registry::builtin();
+    let registry = Registry::builtin().with_forms();
     let (mut carried, mut other_forms) = (0, 0);
     for model in registry.models().iter().chain(registry.named_models()) {
         for effect in registry.effects() {

@@ -54,7 +54,7 @@ fn compaction_work<T: Real>(soil: &Soil<T>, at: &Contact<T>, forces: &WheelForce
 }
 
 /// Registers the forms after the defaults, which a bare name means.
-pub(super) fn register(registry: Registry) -> Registry {
+pub(crate) fn register(registry: Registry) -> Registry {
     registry
         .with_effect::<Excavation>()
         .with_effect::<Rut>()
