@@ -68,7 +68,7 @@ pub(crate) enum Command {
     ///
     /// Example: terra wheel --terrain dry_sand --radius_m 0.254 --width_m 0.15 --load_N 245.25 --slip 0.05:0.95:0.05
     Wheel(WheelArgs),
-    /// Soil from plates pressed into it (k, n; k_c and k_phi with two plates) or from shear tests (c, phi, K).
+    /// Soil from plates pressed into it or from shear tests.
     ///
     /// Every pressure-sinkage or shear law is compared, and what the tests cannot tell is said by name.
     Bevameter(BevameterArgs),
@@ -85,7 +85,7 @@ pub(crate) enum Command {
         #[arg(long, value_name = "FILE")]
         json: Option<PathBuf>,
     },
-    /// A commented rover file to start from: published figures, with what is guessed marked.
+    /// A commented rover file to start from: published figures, guesses marked.
     Init {
         /// Which robot or rig.
         class: ClassArg,
@@ -137,7 +137,7 @@ pub(crate) enum Command {
     },
     /// What soil is it? Posterior over hypotheses, refined parameters, and what this log cannot tell.
     Identify(IdentifyArgs),
-    /// What could a set of slips and loads tell about a soil, before anything is measured?
+    /// What could a set of slips and loads tell about a soil?
     ///
     /// Directions known and unknown, profile likelihoods, soils that stay alike, and the rows that would help most.
     /// Example: terra identifiability --terrain dry_sand --radius_m 0.254 --width_m 0.15 --load_N 245.25 --slip 0.05:0.8:0.15

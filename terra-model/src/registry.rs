@@ -15,6 +15,7 @@ use crate::{effects, models};
 #[derive(Clone, Default)]
 pub struct Registry {
     models: Vec<Arc<dyn AnyModel>>,
+    named: Vec<Arc<dyn AnyModel>>,
     effects: Vec<Arc<dyn AnyEffect>>,
 }
 
@@ -29,10 +30,26 @@ impl Registry {
         effects::register(models::register(Self::empty()))
     }
 
+    /// Adds the other forms of the effects, [`effects::forms`], after their defaults, which bare names still mean.
+    ///
+    /// They are apart from [`builtin`](Self::builtin) because the weights of a diagnosis are calibrated for one form a name.
+    #[must_use]
+    pub fn with_forms(self) -> Self {
+        effects::forms::register(self)
+    }
+
     /// Adds a terrain model.
     #[must_use]
     pub fn with_model<M: TerrainModel>(mut self) -> Self {
         self.models.push(Arc::new(M::default()));
+        self
+    }
+
+    /// Adds a terrain model that is found by its name and is no rival of the others: where a wheel drives it gives another
+    /// model's own forces, so that a driven log could not tell the two apart.
+    #[must_use]
+    pub fn with_named_model<M: TerrainModel>(mut self) -> Self {
+        self.named.push(Arc::new(M::default()));
         self
     }
 
@@ -62,6 +79,11 @@ impl Registry {
         &self.models
     }
 
+    /// Models that are found by name and are not among [`models`](Self::models).
+    pub fn named_models(&self) -> &[Arc<dyn AnyModel>] {
+        &self.named
+    }
+
     /// The effects, each form on its own.
     pub fn effects(&self) -> &[Arc<dyn AnyEffect>] {
         &self.effects
@@ -77,7 +99,8 @@ impl Registry {
         if let Some(model) = self.registered(name) {
             return Ok(model);
         }
-        let names: Vec<&'static str> = self.models.iter().map(|m| m.name()).collect();
+        let all = self.models.iter().chain(&self.named);
+        let names: Vec<&'static str> = all.map(|m| m.name()).collect();
         if !name.contains(':') {
             return Err(ModelError::UnknownName {
                 kind: "terrain model",
@@ -92,7 +115,8 @@ impl Registry {
     }
 
     fn registered(&self, name: &str) -> Option<Arc<dyn AnyModel>> {
-        self.models.iter().find(|m| m.name() == name).cloned()
+        let mut all = self.models.iter().chain(&self.named);
+        all.find(|m| m.name() == name).cloned()
     }
 
     /// An effect's default form (the first registered) by name.

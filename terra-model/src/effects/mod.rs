@@ -77,7 +77,7 @@ use crate::registry::Registry;
 
 /// Registers every effect of this folder. A new effect is one file and one line here.
 pub(crate) fn register(registry: Registry) -> Registry {
-    let registry = registry
+    registry
         .with_effect::<SlipSinkage>()
         .with_effect::<Multipass>()
         .with_effect::<Grousers>()
@@ -111,6 +111,5 @@ pub(crate) fn register(registry: Registry) -> Registry {
         .with_effect::<LoadError>()
         .with_effect::<DrawbarGain>()
         .with_effect::<DrawbarBias>()
-        .with_effect::<SinkageBias>();
-    forms::register(registry)
+        .with_effect::<SinkageBias>()
 }

@@ -30,10 +30,10 @@ pub(crate) fn register(registry: Registry) -> Registry {
         .with_model::<LinearStress>();
     let registry = slots::presets().fold(registry, |r, model| r.with_shared(model.shared()));
     registry
-        .with_model::<BrakedTwoZone>()
         .with_model::<CompliantTyre>()
         .with_model::<GranularRft>()
         .with_model::<BekkerCompaction>()
         .with_model::<WesBrixius>()
         .with_model::<HardGround>()
+        .with_named_model::<BrakedTwoZone>()
 }

@@ -9,7 +9,6 @@ mod grousers;
 mod multipass;
 mod rate_stiffening;
 mod rear_contact;
-mod shear_hump;
 mod slip_sinkage;
 mod terrain_drift;
 mod torque_droop;
@@ -20,7 +19,6 @@ pub use grousers::SideWalls;
 pub use multipass::{PackedStrength, Rut};
 pub use rate_stiffening::{RimSpeed, ShearRate};
 pub use rear_contact::{ElasticUnloading, EnergyReturn};
-pub use shear_hump::ResidualStrength;
 pub use slip_sinkage::Excavation;
 pub use terrain_drift::{StrengthDrift, Undulating};
 pub use torque_droop::{Hyperbola, Knee};
@@ -56,7 +54,7 @@ fn compaction_work<T: Real>(soil: &Soil<T>, at: &Contact<T>, forces: &WheelForce
 }
 
 /// Registers the forms after the defaults, which a bare name means.
-pub(super) fn register(registry: Registry) -> Registry {
+pub(crate) fn register(registry: Registry) -> Registry {
     registry
         .with_effect::<Excavation>()
         .with_effect::<Rut>()
@@ -68,7 +66,6 @@ pub(super) fn register(registry: Registry) -> Registry {
         .with_effect::<EnergyReturn>()
         .with_effect::<RimSpeed>()
         .with_effect::<ShearRate>()
-        .with_effect::<ResidualStrength>()
         .with_effect::<SubstituteCircle>()
         .with_effect::<Hyperbola>()
         .with_effect::<Knee>()
