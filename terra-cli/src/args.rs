@@ -72,7 +72,7 @@ pub(crate) enum Command {
     ///
     /// Every pressure-sinkage or shear law is compared, and what the tests cannot tell is said by name.
     Bevameter(BevameterArgs),
-    /// What is in a log, and what in it looks wrong: units, signs, sides, clock, channels.
+    /// What is in a log, and what in it looks wrong: units, signs, sides, clock.
     ///
     /// Works without a rover file on a log in terra's own column names; with one it knows radius, track and units.
     Inspect {
@@ -96,7 +96,7 @@ pub(crate) enum Command {
         #[arg(long)]
         force: bool,
     },
-    /// The references owed for what a scenario or a rover file uses: model, effects, soils.
+    /// The references owed for what a scenario or a rover file uses.
     Cite {
         /// Scenario or rover file (TOML).
         file: PathBuf,

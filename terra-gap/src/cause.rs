@@ -102,7 +102,18 @@ impl Answers {
             })
             .collect();
         let (none, unknown) = (settings.gap.prior_none, settings.gap.prior_unknown);
-        let rest = (1.0 - none - unknown).max(0.0) / shares.iter().sum::<f64>().max(1.0);
+        // What was set aside on the way held its share of the prior too.
+        let mut aside: Vec<&str> = rivals
+            .screen
+            .iter()
+            .map(|s| s.name.as_str())
+            .filter(|name| causes.iter().all(|c| c.name != *name))
+            .collect();
+        aside.sort_unstable();
+        aside.dedup();
+        let others = aside.len() + rivals.structures_out;
+        let rest =
+            (1.0 - none - unknown).max(0.0) / (shares.iter().sum::<f64>() + others as f64).max(1.0);
         let mut weights: Vec<Weight> = causes
             .iter()
             .zip(&shares)

@@ -35,6 +35,8 @@ pub(crate) struct Rivals {
     pub singles: Vec<(usize, Vec<Weighed>)>,
     /// Other terrain models.
     pub structures: Vec<(String, Weighed)>,
+    /// How many terrain models fell out of the contest before they were fitted to all of the data.
+    pub structures_out: usize,
     /// Effects by two.
     pub pairs: Vec<Weighed>,
     /// ln Z of something unknown.
@@ -109,6 +111,7 @@ pub(crate) fn weigh_rivals<P: Predictor>(
             .collect();
         found = weigh_structures(data, predictor, setup, &noise, &levels, &rivals)?;
     }
+    let structures_out = found.out.len();
     not_asked.extend(found.out);
 
     // Unknown: a discrepancy larger than any hypothesis may use, on top of explanations that are not adequate by
@@ -147,6 +150,7 @@ pub(crate) fn weigh_rivals<P: Predictor>(
         screen,
         singles,
         structures: found.weighed,
+        structures_out,
         pairs,
         log_unknown,
         not_asked,
