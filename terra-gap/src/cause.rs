@@ -131,6 +131,12 @@ impl Answers {
         };
         weights.push(alone(none, 0.0));
         weights.push(alone(unknown, rivals.log_unknown - null.log_evidence));
+        for w in &mut weights {
+            // An explanation with no probability at all has no finite evidence.
+            if !w.gain.is_finite() {
+                w.gain = f64::MIN;
+            }
+        }
         Answers {
             causes,
             weights,

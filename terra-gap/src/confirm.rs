@@ -8,7 +8,7 @@ use terra_model::{AnyEffect, Touch};
 
 use crate::dataset::{DataSet, Predictor};
 use crate::evidence::posterior;
-use crate::fit::{Fit, evaluate};
+use crate::fit::{Fit, evaluate, fit_near};
 use crate::hypothesis::Hypothesis;
 use crate::noise::Whitener;
 use crate::round::Round;
@@ -312,7 +312,18 @@ fn start_anew<P: Predictor>(
     all.par_iter_mut().take(ANEW).for_each(|w| {
         let h = w.hypothesis.clone();
         let found = better_of(w.clone(), fresh_start(w, soil), |start| {
-            weigh(data, predictor, &h, levels, &[start], None).ok()
+            // With the noise taken ten times larger the prior holds the soil back until the rest is about right.
+            let loose = levels.loose.as_ref()?;
+            let near = fit_near(data, predictor, &h, loose, &start, None, false).ok()?;
+            weigh(
+                data,
+                predictor,
+                &h,
+                levels,
+                &[near.x.as_slice().to_vec()],
+                None,
+            )
+            .ok()
         });
         **w = found;
     });
@@ -411,12 +422,7 @@ pub(crate) fn confirm_pairs<P: Predictor>(
         }
     }
     seeds = chosen;
-    let mut jobs = if kind == LogKind::Drive {
-        by_screen(null_weighed, screen)
-    } else {
-        vec![]
-    };
-    let around: Vec<Job> = seeds
+    let mut jobs: Vec<Job> = seeds
         .iter()
         .flat_map(|(first, weighed)| {
             let partners: Asked = asked
@@ -458,7 +464,9 @@ pub(crate) fn confirm_pairs<P: Predictor>(
                 .collect::<Vec<_>>()
         })
         .collect();
-    jobs.extend(around);
+    if kind == LogKind::Drive {
+        jobs.extend(by_screen(null_weighed, screen));
+    }
     // One pair of names in one pair of forms, the first.
     let mut seen: Vec<(&str, &str)> = vec![];
     let mut unique = vec![];

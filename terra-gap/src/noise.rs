@@ -137,6 +137,13 @@ impl NoiseModel {
         })
     }
 
+    /// Noise so many times larger.
+    pub(crate) fn times(&self, factor: f64) -> Self {
+        NoiseModel {
+            blocks: self.blocks.iter().map(|b| b * (factor * factor)).collect(),
+        }
+    }
+
     /// Only the blocks of some observations.
     pub(crate) fn subset(&self, keep: &[usize]) -> Self {
         NoiseModel {

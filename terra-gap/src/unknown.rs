@@ -94,8 +94,8 @@ pub(crate) fn gain(data: &DataSet, fit: &Fit, whitener: &Whitener, amplitudes: &
 }
 
 /// How many times the stated variance something unknown may scatter, with equal weights; that a channel does not is as
-/// probable as all of them.
-const SCATTER: [f64; 8] = [1.2, 1.5, 2.0, 3.0, 5.0, 10.0, 30.0, 100.0];
+/// probable as all of them. What a window's averages leave of a right explanation stays below the smallest.
+const SCATTER: [f64; 6] = [2.0, 3.0, 5.0, 10.0, 30.0, 100.0];
 
 /// ln of the evidence gained by letting every channel scatter more than its noise says: what no smooth discrepancy follows
 /// (jitter, play, stones under a wheel) shows so.

@@ -35,6 +35,8 @@ pub(crate) struct Amplitudes {
     levels: Vec<(f64, f64, Whitener)>,
     /// Noise without any discrepancy.
     plain: Whitener,
+    /// Ten times that noise, for a drive.
+    pub(crate) loose: Option<Whitener>,
 }
 
 impl Amplitudes {
@@ -50,6 +52,10 @@ impl Amplitudes {
         Ok(Amplitudes {
             levels,
             plain: noise.whitener(data)?,
+            loose: match kind {
+                LogKind::Drive => Some(noise.times(10.0).whitener(data)?),
+                LogKind::Rig | LogKind::Kinematic => None,
+            },
         })
     }
 }
