@@ -17,6 +17,11 @@ use crate::structures::weigh_structures;
 use crate::unknown;
 use crate::weigh::{Weighed, unknown_amplitudes};
 
+/// Misfit per value up to which an explanation of a drive is adequate.
+const ADEQUATE_DRIVE: f64 = 1.3;
+/// Nats by which something unknown then stays behind it.
+const BEHIND_ADEQUATE: f64 = 8.0;
+
 /// What was weighed.
 pub(crate) struct Rivals {
     /// The nominal law, its soil free.
@@ -135,6 +140,15 @@ pub(crate) fn weigh_rivals<P: Predictor>(
             .chain(best_pair)
             .map(|w| w.plain_log_evidence + unknown::scatter_gain(data, &w.plain))
             .fold(log_unknown, f64::max);
+        // An explanation that follows the data to the noise is not made unknown by what windows and first orders leave over.
+        let best = singles
+            .iter()
+            .flat_map(|(_, w)| w)
+            .chain(&pairs)
+            .max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence));
+        if let Some(best) = best.filter(|w| w.chi2_per_value() < ADEQUATE_DRIVE) {
+            log_unknown = log_unknown.min(best.log_evidence - BEHIND_ADEQUATE);
+        }
     }
     let fitted = match setup.kind {
         LogKind::Rig => fitted,
