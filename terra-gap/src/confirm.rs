@@ -1,20 +1,21 @@
-//! Screen, then joint fits: of single effects, and of pairs around the best of them.
+//! Screen, then joint fits of single effects.
 
 use std::sync::Arc;
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 use rayon::prelude::*;
-use terra_model::{AnyEffect, Touch};
+use terra_model::AnyEffect;
 
 use crate::dataset::{DataSet, Predictor};
 use crate::evidence::posterior;
-use crate::fit::{Fit, evaluate, fit_near};
+use crate::fit::{Fit, evaluate};
 use crate::hypothesis::Hypothesis;
 use crate::noise::Whitener;
 use crate::round::Round;
 use crate::screen::{Score, Tangent};
 use crate::settings::LogKind;
 use crate::setup::{Screened, Setup};
+use crate::starts::{better_of, far_start, start_anew};
 use crate::weigh::{Amplitudes, Weighed, weigh};
 
 /// Nats from the best within which a screened effect is confirmed.
@@ -24,32 +25,12 @@ const CONFIRM_AT_LEAST: usize = 5;
 /// Screened gain up to which an effect of a drive, beyond those, is weighed by its screen alone: where the data do not ask
 /// for it, its magnitude is small against its own noise and the tangent is as good as the law.
 const LINEAR_UP_TO: f64 = 0.0;
-/// Screened gain that a second cause of a drive must promise to be fitted: calibrated thresholds ask for more.
-const PARTNER_FROM: f64 = 0.0;
 /// Other structures, the best by themselves, under which effects are weighed too.
 const STRUCTURES: usize = 2;
 /// Nats by which such a structure may fall short of the nominal one.
 const STRUCTURE_WITHIN: f64 = 5.0;
 /// Effects confirmed at least, once the noise is renewed, where the best gains more than this: the tangent then ranks poorly.
 const CONFIRM_AT_LEAST_LARGE: (usize, f64) = (9, 50.0);
-/// Prior sd that a soil parameter moves at most before a fit starts anew from the prior centre.
-const FAR_SOIL: f64 = 3.0;
-/// Misfit per value above which it does.
-const FAR_FIT: f64 = 1.3;
-/// How many of the best singles, and of the best pairs.
-const ANEW: usize = 3;
-/// Pairs confirmed because the tangent at the nominal fit ranks them first among all pairs.
-const PAIRS_BY_SCREEN: usize = 4;
-/// Effects that get partners, on a rig.
-const PAIR_SEEDS: usize = 3;
-/// The same on a drive, where every seed costs a screen of all effects.
-const PAIR_SEEDS_DRIVE: usize = 2;
-/// Pairs confirmed around each.
-const PAIRS_PER_SEED: usize = 4;
-/// Nats by which a pair must beat its better half: a raw threshold, to be replaced by a calibrated one.
-const SECOND_CAUSE: f64 = 3.0;
-/// The same against the noise alone, where an inadequate nominal model asks for a second cause.
-const SECOND_CAUSE_PLAIN: f64 = 7.5;
 
 pub(crate) type Asked = Vec<Arc<dyn AnyEffect>>;
 
@@ -260,263 +241,4 @@ fn tangent_only(hypothesis: Hypothesis, null: &Weighed, score: &Score) -> Weighe
         plain: fit.clone(),
         fit,
     }
-}
-
-/// Another start for a fit of a drive: physics at the contact is far from linear, and a one-sided effect can end at its bound
-/// although it is there, the soil having moved the other way. Instruments are nearly linear and need one start.
-fn far_start(effect: &dyn AnyEffect, found: &Weighed, kind: LogKind) -> Option<Vec<f64>> {
-    let physical = [Touch::Contact, Touch::Forces]
-        .iter()
-        .any(|t| effect.touches().contains(t));
-    let mut far = found.plain.x.as_slice().to_vec();
-    let last = far.last_mut()?;
-    if kind != LogKind::Drive || !physical || *last > 0.1 {
-        return None;
-    }
-    *last = 1.0;
-    Some(far)
-}
-
-/// The prior centre of the soil as another start, where a drive's fit ended at a soil that is hard to believe or far from the
-/// data: fits go on from the nominal law's own, which a missing effect may have driven into a corner.
-fn fresh_start(found: &Weighed, soil: usize) -> Option<Vec<f64>> {
-    let x = &found.plain.x;
-    let moved = x.iter().take(soil).any(|q| q.abs() > FAR_SOIL);
-    if !(moved || found.chi2_per_value() > FAR_FIT) {
-        return None;
-    }
-    let size = |s: f64| {
-        if s.abs() < 0.1 {
-            0.5
-        } else {
-            s.clamp(-2.0, 2.0)
-        }
-    };
-    let fresh = x.iter().enumerate();
-    Some(
-        fresh
-            .map(|(k, v)| if k < soil { 0.0 } else { size(*v) })
-            .collect(),
-    )
-}
-
-/// Fits the best explanations anew from there.
-fn start_anew<P: Predictor>(
-    data: &DataSet,
-    predictor: &P,
-    levels: &Amplitudes,
-    soil: usize,
-    all: &mut [&mut Weighed],
-) {
-    all.sort_by(|a, b| b.log_evidence.total_cmp(&a.log_evidence));
-    all.par_iter_mut().take(ANEW).for_each(|w| {
-        let h = w.hypothesis.clone();
-        let found = better_of(w.clone(), fresh_start(w, soil), |start| {
-            // With the noise taken ten times larger the prior holds the soil back until the rest is about right.
-            let loose = levels.loose.as_ref()?;
-            let near = fit_near(data, predictor, &h, loose, &start, None, false).ok()?;
-            weigh(
-                data,
-                predictor,
-                &h,
-                levels,
-                &[near.x.as_slice().to_vec()],
-                None,
-            )
-            .ok()
-        });
-        **w = found;
-    });
-}
-
-/// The best of a fit and those from other starts.
-fn better_of(
-    found: Weighed,
-    starts: impl IntoIterator<Item = Vec<f64>>,
-    weigh: impl Fn(Vec<f64>) -> Option<Weighed>,
-) -> Weighed {
-    starts
-        .into_iter()
-        .filter_map(weigh)
-        .fold(found, |best, other| {
-            if other.log_evidence > best.log_evidence {
-                other
-            } else {
-                best
-            }
-        })
-}
-
-/// Two rows of the screen, a start, and a Jacobian there.
-type Job = (usize, usize, Vec<f64>, DMatrix<f64>);
-
-/// The pairs that the tangent at the nominal fit ranks first, where they beat the best single there.
-fn by_screen(null: &Weighed, screen: &[Screened]) -> Vec<Job> {
-    let single = screen
-        .iter()
-        .map(|s| s.score.log_bayes_factor)
-        .fold(0.0, f64::max);
-    let mut found = vec![];
-    for (a, first) in screen.iter().enumerate() {
-        for (b, second) in screen.iter().enumerate().skip(a + 1) {
-            if first.name == second.name {
-                continue;
-            }
-            if let Some((gain, magnitudes)) = first.score.with(&second.score)
-                && gain > single + PARTNER_FROM
-            {
-                found.push((gain, a, b, magnitudes));
-            }
-        }
-    }
-    found.sort_by(|x, y| y.0.total_cmp(&x.0));
-    found
-        .into_iter()
-        .take(PAIRS_BY_SCREEN)
-        .map(|(_, a, b, magnitudes)| {
-            let mut start = null.plain.x.as_slice().to_vec();
-            start.extend(magnitudes.map(|m| m.clamp(-3.0, 3.0)));
-            let first = screen[a].score.beside(&null.plain.jacobian);
-            (a, b, start, screen[b].score.beside(&first))
-        })
-        .collect()
-}
-
-/// Best partners of the best singles, screened around them, then fitted jointly.
-pub(crate) fn confirm_pairs<P: Predictor>(
-    data: &DataSet,
-    predictor: &P,
-    null: &Hypothesis,
-    levels: &Amplitudes,
-    null_weighed: &Weighed,
-    screen: &[Screened],
-    singles: &[(usize, Vec<Weighed>)],
-    asked: &Asked,
-    whitener: &Whitener,
-    kind: LogKind,
-) -> Vec<Weighed> {
-    let mut seeds: Vec<(usize, &Weighed)> = singles
-        .iter()
-        .filter_map(|(k, w)| Some((*k, w.first()?)))
-        .collect();
-    let by = |evidence: fn(&Weighed) -> f64| {
-        let mut order = seeds.clone();
-        order.sort_by(|a, b| evidence(b.1).total_cmp(&evidence(a.1)));
-        let mut names: Vec<&str> = vec![];
-        order.retain(|(k, _)| {
-            let new = !names.contains(&asked[*k].name());
-            names.push(asked[*k].name());
-            new
-        });
-        order.truncate(if kind == LogKind::Drive {
-            PAIR_SEEDS_DRIVE
-        } else {
-            PAIR_SEEDS
-        });
-        order
-    };
-    let mut chosen = by(|w| w.log_evidence);
-    for seed in by(|w| w.plain_log_evidence) {
-        if chosen.iter().all(|c| c.0 != seed.0) {
-            chosen.push(seed);
-        }
-    }
-    seeds = chosen;
-    let mut jobs: Vec<Job> = seeds
-        .iter()
-        .flat_map(|(first, weighed)| {
-            let partners: Asked = asked
-                .iter()
-                .filter(|e| e.name() != asked[*first].name())
-                .map(Arc::clone)
-                .collect();
-            let (screen, kept) = screen_all(
-                data,
-                predictor,
-                &weighed.hypothesis,
-                &weighed.plain,
-                &partners,
-                whitener,
-                &mut vec![],
-            );
-            let mut order: Vec<usize> = (0..kept.len()).collect();
-            order.sort_by(|&a, &b| {
-                screen[b]
-                    .score
-                    .log_bayes_factor
-                    .total_cmp(&screen[a].score.log_bayes_factor)
-            });
-            order
-                .into_iter()
-                .take(PAIRS_PER_SEED)
-                .filter(|&k| {
-                    kind != LogKind::Drive || screen[k].score.log_bayes_factor > PARTNER_FROM
-                })
-                .filter_map(|k| {
-                    let second = asked
-                        .iter()
-                        .position(|e| e.name() == kept[k].name() && e.form() == kept[k].form())?;
-                    let mut start = weighed.plain.x.as_slice().to_vec();
-                    start.push(screen[k].score.magnitude.clamp(-3.0, 3.0));
-                    let guess = screen[k].score.beside(&weighed.plain.jacobian);
-                    Some((*first, second, start, guess))
-                })
-                .collect::<Vec<_>>()
-        })
-        .collect();
-    if kind == LogKind::Drive {
-        jobs.extend(by_screen(null_weighed, screen));
-    }
-    // One pair of names in one pair of forms, the first.
-    let mut seen: Vec<(&str, &str)> = vec![];
-    let mut unique = vec![];
-    for (a, b, start, guess) in jobs {
-        let (first, second) = (asked[a].name(), asked[b].name());
-        let key = (first.min(second), first.max(second));
-        if !seen.contains(&key) {
-            seen.push(key);
-            unique.push((a, b, start, guess));
-        }
-    }
-    let mut pairs: Vec<Weighed> = unique
-        .into_par_iter()
-        .filter_map(|(a, b, start, guess)| {
-            let h = null
-                .with(Arc::clone(&asked[a]))
-                .ok()?
-                .with(Arc::clone(&asked[b]))
-                .ok()?;
-            let mut off = start.clone();
-            if let Some(last) = off.last_mut() {
-                *last = 0.0;
-            }
-            let starts = match kind {
-                LogKind::Rig => vec![start.clone(), off],
-                LogKind::Drive | LogKind::Kinematic => vec![start.clone()],
-            };
-            let guess = (kind == LogKind::Drive).then_some(guess);
-            let pair = weigh(data, predictor, &h, levels, &starts, guess).ok()?;
-            if kind == LogKind::Drive {
-                // How much a second cause must gain there is a matter of calibration.
-                return Some(pair);
-            }
-            // A second cause must earn its place against the better of the two alone.
-            let alone = |evidence: fn(&Weighed) -> f64| {
-                singles
-                    .iter()
-                    .filter(|(k, _)| *k == a || *k == b)
-                    .filter_map(|(_, w)| w.first())
-                    .map(evidence)
-                    .fold(f64::NEG_INFINITY, f64::max)
-            };
-            let earned = pair.log_evidence > alone(|w| w.log_evidence) + SECOND_CAUSE
-                || pair.plain_log_evidence > alone(|w| w.plain_log_evidence) + SECOND_CAUSE_PLAIN;
-            earned.then_some(pair)
-        })
-        .collect();
-    if kind == LogKind::Drive {
-        let mut all: Vec<&mut Weighed> = pairs.iter_mut().collect();
-        start_anew(data, predictor, levels, null.len(), &mut all);
-    }
-    pairs
 }

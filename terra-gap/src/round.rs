@@ -4,12 +4,13 @@
 //! nominal law has other slopes than the truth, so the noise is taken at the best explanation and all are weighed anew.
 
 use crate::candidates::Candidates;
-use crate::confirm::{Asked, confirm_pairs, confirm_singles, screen_all};
+use crate::confirm::{Asked, confirm_singles, screen_all};
 use crate::dataset::{DataSet, Predictor};
 use crate::error::GapError;
 use crate::fit::{Fit, residual};
 use crate::hypothesis::Hypothesis;
 use crate::noise::{NoiseModel, Whitener};
+use crate::pairs::confirm_pairs;
 use crate::roughness;
 use crate::settings::{LogKind, Settings};
 use crate::setup::{Screened, Setup};

@@ -1,0 +1,204 @@
+//! Two causes at once: partners of the best single ones, and the pairs that the tangent ranks first.
+
+use std::sync::Arc;
+
+use nalgebra::DMatrix;
+use rayon::prelude::*;
+
+use crate::confirm::{Asked, screen_all};
+use crate::dataset::{DataSet, Predictor};
+use crate::hypothesis::Hypothesis;
+use crate::noise::Whitener;
+use crate::settings::LogKind;
+use crate::setup::Screened;
+use crate::starts::start_anew;
+use crate::weigh::{Amplitudes, Weighed, weigh};
+
+/// Screened gain that a second cause of a drive must promise to be fitted: calibrated thresholds ask for more.
+const PARTNER_FROM: f64 = 0.0;
+/// Pairs confirmed because the tangent at the nominal fit ranks them first among all pairs.
+const PAIRS_BY_SCREEN: usize = 4;
+/// Effects that get partners, on a rig.
+const PAIR_SEEDS: usize = 3;
+/// The same on a drive, where every seed costs a screen of all effects.
+const PAIR_SEEDS_DRIVE: usize = 2;
+/// Pairs confirmed around each.
+const PAIRS_PER_SEED: usize = 4;
+/// Nats by which a pair must beat its better half: a raw threshold, to be replaced by a calibrated one.
+const SECOND_CAUSE: f64 = 3.0;
+/// The same against the noise alone, where an inadequate nominal model asks for a second cause.
+const SECOND_CAUSE_PLAIN: f64 = 7.5;
+
+/// Two rows of the screen, a start, and a Jacobian there.
+type Job = (usize, usize, Vec<f64>, DMatrix<f64>);
+
+/// The pairs that the tangent at the nominal fit ranks first, where they beat the best single there.
+fn by_screen(null: &Weighed, screen: &[Screened]) -> Vec<Job> {
+    let single = screen
+        .iter()
+        .map(|s| s.score.log_bayes_factor)
+        .fold(0.0, f64::max);
+    let mut found = vec![];
+    for (a, first) in screen.iter().enumerate() {
+        for (b, second) in screen.iter().enumerate().skip(a + 1) {
+            if first.name == second.name {
+                continue;
+            }
+            if let Some((gain, magnitudes)) = first.score.with(&second.score)
+                && gain > single + PARTNER_FROM
+            {
+                found.push((gain, a, b, magnitudes));
+            }
+        }
+    }
+    found.sort_by(|x, y| y.0.total_cmp(&x.0));
+    found
+        .into_iter()
+        .take(PAIRS_BY_SCREEN)
+        .map(|(_, a, b, magnitudes)| {
+            let mut start = null.plain.x.as_slice().to_vec();
+            start.extend(magnitudes.map(|m| m.clamp(-3.0, 3.0)));
+            let first = screen[a].score.beside(&null.plain.jacobian);
+            (a, b, start, screen[b].score.beside(&first))
+        })
+        .collect()
+}
+
+/// Best partners of the best singles, screened around them, then fitted jointly.
+pub(crate) fn confirm_pairs<P: Predictor>(
+    data: &DataSet,
+    predictor: &P,
+    null: &Hypothesis,
+    levels: &Amplitudes,
+    null_weighed: &Weighed,
+    screen: &[Screened],
+    singles: &[(usize, Vec<Weighed>)],
+    asked: &Asked,
+    whitener: &Whitener,
+    kind: LogKind,
+) -> Vec<Weighed> {
+    let mut seeds: Vec<(usize, &Weighed)> = singles
+        .iter()
+        .filter_map(|(k, w)| Some((*k, w.first()?)))
+        .collect();
+    let by = |evidence: fn(&Weighed) -> f64| {
+        let mut order = seeds.clone();
+        order.sort_by(|a, b| evidence(b.1).total_cmp(&evidence(a.1)));
+        let mut names: Vec<&str> = vec![];
+        order.retain(|(k, _)| {
+            let new = !names.contains(&asked[*k].name());
+            names.push(asked[*k].name());
+            new
+        });
+        order.truncate(if kind == LogKind::Drive {
+            PAIR_SEEDS_DRIVE
+        } else {
+            PAIR_SEEDS
+        });
+        order
+    };
+    let mut chosen = by(|w| w.log_evidence);
+    for seed in by(|w| w.plain_log_evidence) {
+        if chosen.iter().all(|c| c.0 != seed.0) {
+            chosen.push(seed);
+        }
+    }
+    seeds = chosen;
+    let mut jobs: Vec<Job> = seeds
+        .iter()
+        .flat_map(|(first, weighed)| {
+            let partners: Asked = asked
+                .iter()
+                .filter(|e| e.name() != asked[*first].name())
+                .map(Arc::clone)
+                .collect();
+            let (screen, kept) = screen_all(
+                data,
+                predictor,
+                &weighed.hypothesis,
+                &weighed.plain,
+                &partners,
+                whitener,
+                &mut vec![],
+            );
+            let mut order: Vec<usize> = (0..kept.len()).collect();
+            order.sort_by(|&a, &b| {
+                screen[b]
+                    .score
+                    .log_bayes_factor
+                    .total_cmp(&screen[a].score.log_bayes_factor)
+            });
+            order
+                .into_iter()
+                .take(PAIRS_PER_SEED)
+                .filter(|&k| {
+                    kind != LogKind::Drive || screen[k].score.log_bayes_factor > PARTNER_FROM
+                })
+                .filter_map(|k| {
+                    let second = asked
+                        .iter()
+                        .position(|e| e.name() == kept[k].name() && e.form() == kept[k].form())?;
+                    let mut start = weighed.plain.x.as_slice().to_vec();
+                    start.push(screen[k].score.magnitude.clamp(-3.0, 3.0));
+                    let guess = screen[k].score.beside(&weighed.plain.jacobian);
+                    Some((*first, second, start, guess))
+                })
+                .collect::<Vec<_>>()
+        })
+        .collect();
+    if kind == LogKind::Drive {
+        jobs.extend(by_screen(null_weighed, screen));
+    }
+    // One pair of names in one pair of forms, the first.
+    let mut seen: Vec<(&str, &str)> = vec![];
+    let mut unique = vec![];
+    for (a, b, start, guess) in jobs {
+        let (first, second) = (asked[a].name(), asked[b].name());
+        let key = (first.min(second), first.max(second));
+        if !seen.contains(&key) {
+            seen.push(key);
+            unique.push((a, b, start, guess));
+        }
+    }
+    let mut pairs: Vec<Weighed> = unique
+        .into_par_iter()
+        .filter_map(|(a, b, start, guess)| {
+            let h = null
+                .with(Arc::clone(&asked[a]))
+                .ok()?
+                .with(Arc::clone(&asked[b]))
+                .ok()?;
+            let mut off = start.clone();
+            if let Some(last) = off.last_mut() {
+                *last = 0.0;
+            }
+            let starts = match kind {
+                LogKind::Rig => vec![start.clone(), off],
+                LogKind::Drive | LogKind::Kinematic => vec![start.clone()],
+            };
+            let guess = (kind == LogKind::Drive).then_some(guess);
+            let pair = weigh(data, predictor, &h, levels, &starts, guess).ok()?;
+            if kind == LogKind::Drive {
+                // How much a second cause must gain there is a matter of calibration.
+                return Some(pair);
+            }
+            // A second cause must earn its place against the better of the two alone.
+            let alone = |evidence: fn(&Weighed) -> f64| {
+                singles
+                    .iter()
+                    .filter(|(k, _)| *k == a || *k == b)
+                    .filter_map(|(_, w)| w.first())
+                    .map(evidence)
+                    .fold(f64::NEG_INFINITY, f64::max)
+            };
+            let earned = pair.log_evidence > alone(|w| w.log_evidence) + SECOND_CAUSE
+                || pair.plain_log_evidence > alone(|w| w.plain_log_evidence) + SECOND_CAUSE_PLAIN;
+            earned.then_some(pair)
+        })
+        .collect();
+    if kind == LogKind::Drive {
+        let mut all: Vec<&mut Weighed> = pairs.iter_mut().collect();
+        start_anew(data, predictor, levels, null.len(), &mut all);
+    }
+    pairs
+}
