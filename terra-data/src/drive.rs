@@ -59,6 +59,38 @@ pub struct DriveLog {
 }
 
 impl DriveLog {
+    /// The series that the log has, by contract column.
+    pub(crate) fn channels(&self) -> Vec<(String, &Series)> {
+        let mut all: Vec<(String, &Series)> = Vec::new();
+        let fours = [
+            ("wheel_speed", "rad_s", Some(&self.wheel_speed)),
+            ("wheel_torque", "N_m", self.wheel_torque.as_ref()),
+            ("sinkage", "m", self.sinkage.as_ref()),
+            ("normal_load", "N", self.normal_load.as_ref()),
+        ];
+        for (before, after, four) in fours {
+            for (wheel, series) in WHEELS.iter().zip(four.into_iter().flatten()) {
+                all.push((format!("{before}_{wheel}_{after}"), series));
+            }
+        }
+        let single = [
+            ("ground_speed_m_s", &self.ground_speed),
+            ("yaw_rate_rad_s", &self.yaw_rate),
+            ("accel_x_m_s2", &self.accel_x),
+            ("accel_y_m_s2", &self.accel_y),
+            ("lateral_speed_m_s", &self.lateral_speed),
+            ("pitch_rad", &self.pitch),
+            ("roll_rad", &self.roll),
+            ("distance_m", &self.distance),
+            ("payload_kg", &self.payload),
+            ("pass", &self.pass),
+        ];
+        for (name, series) in single {
+            all.extend(series.as_ref().map(|s| (name.to_owned(), s)));
+        }
+        all
+    }
+
     /// Number of rows.
     pub fn len(&self) -> usize {
         self.time.len()

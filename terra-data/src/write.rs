@@ -4,11 +4,10 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use crate::atomic::atomic_write;
-use crate::drive::{DriveLog, WHEELS};
+use crate::drive::DriveLog;
 use crate::error::DataError;
 use crate::problem::Problem;
 use crate::rig::{Measured, RigLog, RigRow};
-use crate::series::Series;
 
 /// Writes a drive log as CSV, atomically. Missing samples are empty cells; numbers have the fewest digits that read back
 /// to the same bits.
@@ -27,7 +26,7 @@ pub fn write_drive_log(path: impl AsRef<Path>, log: &DriveLog) -> Result<(), Dat
 /// # Errors
 /// Those of the stream.
 pub fn write_drive_log_to(out: impl Write, log: &DriveLog) -> io::Result<()> {
-    let channels = channels(log);
+    let channels = log.channels();
     let mut csv = csv::Writer::from_writer(out);
     let segmented = !log.segments.is_empty();
     let mut record = vec!["time_s".to_owned()];
@@ -100,37 +99,6 @@ pub(crate) fn number(value: Option<f64>) -> String {
     }
 }
 
-fn channels(log: &DriveLog) -> Vec<(String, &Series)> {
-    let mut all: Vec<(String, &Series)> = Vec::new();
-    let fours = [
-        ("wheel_speed", "rad_s", Some(&log.wheel_speed)),
-        ("wheel_torque", "N_m", log.wheel_torque.as_ref()),
-        ("sinkage", "m", log.sinkage.as_ref()),
-        ("normal_load", "N", log.normal_load.as_ref()),
-    ];
-    for (before, after, four) in fours {
-        for (wheel, series) in WHEELS.iter().zip(four.into_iter().flatten()) {
-            all.push((format!("{before}_{wheel}_{after}"), series));
-        }
-    }
-    let single = [
-        ("ground_speed_m_s", &log.ground_speed),
-        ("yaw_rate_rad_s", &log.yaw_rate),
-        ("accel_x_m_s2", &log.accel_x),
-        ("accel_y_m_s2", &log.accel_y),
-        ("lateral_speed_m_s", &log.lateral_speed),
-        ("pitch_rad", &log.pitch),
-        ("roll_rad", &log.roll),
-        ("distance_m", &log.distance),
-        ("payload_kg", &log.payload),
-        ("pass", &log.pass),
-    ];
-    for (name, series) in single {
-        all.extend(series.as_ref().map(|s| (name.to_owned(), s)));
-    }
-    all
-}
-
 /// Why a drive log would not be read back as it is.
 fn check_drive(log: &DriveLog) -> Result<(), String> {
     let mut next = 0;
@@ -152,7 +120,8 @@ fn check_drive(log: &DriveLog) -> Result<(), String> {
     if !log.segments.is_empty() && next != log.time.len() {
         return Err(format!("segments end at row {next} of {}", log.time.len()));
     }
-    if let Some((name, series)) = channels(log)
+    if let Some((name, series)) = log
+        .channels()
         .iter()
         .find(|(_, s)| s.len() != log.time.len())
     {

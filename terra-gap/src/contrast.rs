@@ -23,7 +23,7 @@ use crate::hypothesis::Hypothesis;
 use crate::null::{drop_unanswered, refit};
 use crate::settings::LogKind;
 use crate::setup::{Rival, Setup};
-use crate::soil::free_soil;
+use crate::soil::{free_soil, widths};
 
 /// Length of the error in slip.
 const LENGTH: f64 = 0.25;
@@ -211,9 +211,7 @@ fn frozen(law: &Law, p: &[f64], rover: &Rover, share: f64) -> Result<FitSpace, G
     for param in &law.params()[soil_params.len()..] {
         priors.abs_sd.insert(param.name.to_owned(), 0.0);
     }
-    let mut widths = vec![rover.wheel.width];
-    widths.extend(rover.conditions.values().map(|c| c.wheel.width));
-    FitSpace::new(law, Centre::Parameters(p), &widths, &priors)
+    FitSpace::new(law, Centre::Parameters(p), &widths(rover), &priors)
         .map_err(|e| GapError::Soil(e.to_string()))
 }
 

@@ -157,7 +157,8 @@ pub(crate) fn hold_out<P: Predictor>(
                 // On a rig fits are cheap and far from linear: they are certified.
                 let quick = by == HoldOut::Segment && whole.jacobian.nrows() == rows.len();
                 let slopes = quick.then(|| whole.jacobian.select_rows(&kept));
-                let fitted = fit_near(&train, predictor, h, &train_whitener, start, slopes, false)?;
+                let fitted =
+                    fit_near(&train, predictor, h, &train_whitener, start, slopes, !quick)?;
                 let r = test_whitener.apply_vector(&residual(
                     &test,
                     predictor,

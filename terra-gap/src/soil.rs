@@ -6,19 +6,23 @@ use terra_model::{Law, catalogue};
 
 use crate::error::GapError;
 
+/// Widths of the wheels that share one soil \[m\].
+pub(crate) fn widths(rover: &Rover) -> Vec<f64> {
+    let shared = rover
+        .conditions
+        .values()
+        .filter(|c| c.soil == SoilSharing::Shared);
+    std::iter::once(rover.wheel.width)
+        .chain(shared.map(|c| c.wheel.width))
+        .collect()
+}
+
 /// The fit space of a law: prior centre and spreads of `[terrain]`, one stiffness `k_eq` where one width is used.
 ///
 /// # Errors
 /// A start that the law cannot use, by name.
 pub(crate) fn free_soil(law: &Law, rover: &Rover) -> Result<FitSpace, GapError> {
-    let mut widths = vec![rover.wheel.width];
-    widths.extend(
-        rover
-            .conditions
-            .values()
-            .filter(|c| c.soil == SoilSharing::Shared)
-            .map(|c| c.wheel.width),
-    );
+    let widths = widths(rover);
     let priors = Priors::default().with(&rover.terrain.prior_sd, &rover.terrain.prior_abs_sd);
     let start = rover.terrain.start.as_ref().ok_or_else(|| {
         GapError::Soil(

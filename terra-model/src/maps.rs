@@ -73,6 +73,23 @@ pub struct ForceMap {
     error: MapError,
 }
 
+/// The first of these sizes whose map is as exact as wanted; `build` gives its error with it.
+fn smallest<M>(
+    sizes: &[(usize, usize)],
+    wanted: f64,
+    mut build: impl FnMut((usize, usize)) -> Result<(f64, M), ModelError>,
+) -> Result<M, ModelError> {
+    let mut reached = f64::INFINITY;
+    for &nodes in sizes {
+        let (error, map) = build(nodes)?;
+        if error <= wanted {
+            return Ok(map);
+        }
+        reached = reached.min(error);
+    }
+    Err(ModelError::MapAccuracy { reached, wanted })
+}
+
 impl ForceMap {
     /// The smallest map of a law with these parameters whose error is within `wanted`.
     ///
@@ -87,15 +104,10 @@ impl ForceMap {
         width: f64,
         wanted: f64,
     ) -> Result<Self, ModelError> {
-        let mut reached = f64::INFINITY;
-        for nodes in SIZES {
+        smallest(&SIZES, wanted, |nodes| {
             let map = Self::new(law, p, range, radius, width, nodes)?;
-            if map.error.max <= wanted {
-                return Ok(map);
-            }
-            reached = reached.min(map.error.max);
-        }
-        Err(ModelError::MapAccuracy { reached, wanted })
+            Ok((map.error.max, map))
+        })
     }
 
     /// A map of a given number of nodes in slip (2 to 24) and load (2 to 24), with its error measured.

@@ -15,7 +15,7 @@ const GRAVITY_ON_X: f64 = 5.0;
 /// Counts the channels of a drive log and says what looks wrong in it. With a rover the checks of units know the wheel's
 /// radius and the track.
 pub fn inspect_drive(log: &DriveLog, rover: Option<&Rover>) -> Inspection {
-    let series = series(log);
+    let series = log.channels();
     let channels: Vec<ChannelSummary> = series
         .iter()
         .map(|(name, s)| summary(name, s.iter(), &log.notes))
@@ -61,38 +61,6 @@ pub fn inspect_drive(log: &DriveLog, rover: Option<&Rover>) -> Inspection {
         notes: log.notes.clone(),
         warnings: log.warnings.clone(),
     }
-}
-
-/// The series that the log has, by contract column.
-fn series(log: &DriveLog) -> Vec<(String, &Series)> {
-    let mut out = Vec::new();
-    let fours = [
-        ("wheel_speed", "rad_s", Some(&log.wheel_speed)),
-        ("wheel_torque", "N_m", log.wheel_torque.as_ref()),
-        ("sinkage", "m", log.sinkage.as_ref()),
-        ("normal_load", "N", log.normal_load.as_ref()),
-    ];
-    for (before, after, four) in fours {
-        for (wheel, one) in WHEELS.iter().zip(four.into_iter().flatten()) {
-            out.push((format!("{before}_{wheel}_{after}"), one));
-        }
-    }
-    let single = [
-        ("ground_speed_m_s", &log.ground_speed),
-        ("yaw_rate_rad_s", &log.yaw_rate),
-        ("accel_x_m_s2", &log.accel_x),
-        ("accel_y_m_s2", &log.accel_y),
-        ("lateral_speed_m_s", &log.lateral_speed),
-        ("pitch_rad", &log.pitch),
-        ("roll_rad", &log.roll),
-        ("distance_m", &log.distance),
-        ("payload_kg", &log.payload),
-        ("pass", &log.pass),
-    ];
-    for (name, one) in single {
-        out.extend(one.iter().map(|s| (name.to_owned(), s)));
-    }
-    out
 }
 
 /// What one channel's range says on its own.

@@ -10,7 +10,7 @@
 //! # Reference
 //! M. Abramowitz, I. A. Stegun, *Handbook of Mathematical Functions*, 25.2.13.
 
-use super::{ForceMap, MapError, MapRange, MapSlopes};
+use super::{ForceMap, MapError, MapRange, MapSlopes, smallest};
 use crate::error::ModelError;
 use crate::law::Law;
 
@@ -80,15 +80,10 @@ impl BicubicMap {
         width: f64,
         wanted: f64,
     ) -> Result<Self, ModelError> {
-        let mut reached = f64::INFINITY;
-        for nodes in SIZES {
+        smallest(&SIZES, wanted, |nodes| {
             let map = Self::new(law, p, range, radius, width, nodes)?;
-            if map.error.max <= wanted {
-                return Ok(map);
-            }
-            reached = reached.min(map.error.max);
-        }
-        Err(ModelError::MapAccuracy { reached, wanted })
+            Ok((map.error.max, map))
+        })
     }
 
     /// A map of a given number of nodes in slip and load (at least 4), with its error measured half-way between them.
