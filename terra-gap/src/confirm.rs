@@ -1,22 +1,20 @@
-//! Screen, then joint fits of single effects.
+//! Joint fits of single effects.
 
 use std::sync::Arc;
 
 use nalgebra::DVector;
 use rayon::prelude::*;
-use terra_model::AnyEffect;
 
 use crate::dataset::{DataSet, Predictor};
 use crate::evidence::posterior;
-use crate::fit::{Fit, evaluate};
 use crate::hypothesis::Hypothesis;
-use crate::noise::Whitener;
-use crate::round::Round;
-use crate::screen::{Score, Tangent};
+use crate::renewal::Before;
+use crate::screen::Score;
 use crate::settings::LogKind;
 use crate::setup::{Screened, Setup};
+use crate::signatures::Asked;
 use crate::starts::{better_of, far_start, start_anew};
-use crate::weigh::{Amplitudes, Weighed, weigh};
+use crate::weigh::{Amplitudes, Weighed, contest, weigh, weigh_at};
 
 /// Nats from the best within which a screened effect is confirmed.
 const CONFIRM_WITHIN: f64 = 10.0;
@@ -32,82 +30,6 @@ const STRUCTURE_WITHIN: f64 = 5.0;
 /// Effects confirmed at least, once the noise is renewed, where the best gains more than this: the tangent then ranks poorly.
 const CONFIRM_AT_LEAST_LARGE: (usize, f64) = (9, 50.0);
 
-pub(crate) type Asked = Vec<Arc<dyn AnyEffect>>;
-
-/// Screens every candidate at a fit; effects without a trace are set aside with that reason.
-///
-/// All candidates stand in one law at magnitude zero, where each leaves the others alone, so one exact Jacobian holds every
-/// signature.
-pub(crate) fn screen_all<P: Predictor>(
-    data: &DataSet,
-    predictor: &P,
-    base: &Hypothesis,
-    fit: &Fit,
-    effects: &[Arc<dyn AnyEffect>],
-    whitener: &Whitener,
-    not_asked: &mut Vec<(String, String)>,
-) -> (Vec<Screened>, Asked) {
-    let mut together = base.clone();
-    let mut asked: Asked = vec![];
-    for effect in effects {
-        match together.with(Arc::clone(effect)) {
-            Ok(more) => {
-                together = more;
-                asked.push(Arc::clone(effect));
-            }
-            Err(e) => not_asked.push((effect.name().to_owned(), e.to_string())),
-        }
-    }
-    let mut x = fit.x.as_slice().to_vec();
-    x.resize(together.len(), 0.0);
-    let Ok(s) = evaluate(data, predictor, &together, &x) else {
-        return (vec![], vec![]);
-    };
-    let (residual, jacobian) = (
-        whitener.apply_vector(&s.residual),
-        whitener.apply(&s.jacobian),
-    );
-    let at_base = Fit {
-        residual,
-        jacobian: jacobian.columns(0, base.len()).into_owned(),
-        ..fit.clone()
-    };
-    let tangent = Tangent::of(&at_base);
-    if asked.len() > 1 && !jacobian.iter().all(|v| v.is_finite()) {
-        // One effect without a slope here spoils the slopes of all: ask each by itself.
-        let mut found = (vec![], vec![]);
-        for effect in asked {
-            let alone = [effect];
-            let (rows, kept) = screen_all(data, predictor, base, fit, &alone, whitener, not_asked);
-            found.0.extend(rows);
-            found.1.extend(kept);
-        }
-        return found;
-    }
-    let mut at = base.len();
-    let mut screen = vec![];
-    asked.retain(|effect| {
-        let column = jacobian.column(at).into_owned();
-        at += effect.params().len();
-        let reason = if !column.iter().all(|v| v.is_finite()) {
-            "its signature is not finite on this data"
-        } else if column.norm_squared() < 1e-8 {
-            "leaves no trace in these channels"
-        } else {
-            let one_sided = effect.params().first().is_some_and(|p| p.one_sided());
-            screen.push(Screened {
-                name: effect.name().to_owned(),
-                form: effect.form().to_owned(),
-                score: tangent.score(column, one_sided),
-            });
-            return true;
-        };
-        not_asked.push((effect.name().to_owned(), reason.to_owned()));
-        false
-    });
-    (screen, asked)
-}
-
 /// Confirms singles by joint fits, under the nominal structure and (on a rig) under the best other ones.
 pub(crate) fn confirm_singles<P: Predictor>(
     data: &DataSet,
@@ -119,15 +41,9 @@ pub(crate) fn confirm_singles<P: Predictor>(
     levels: &Amplitudes,
     screen: &[Screened],
     asked: &Asked,
-    previous: Option<&Round>,
+    previous: Option<Before<'_>>,
+    anew: &mut Vec<String>,
 ) -> Vec<(usize, Vec<Weighed>)> {
-    // What a fit under another noise found is the best start.
-    let before = |effect: &Arc<dyn AnyEffect>| {
-        let round = previous?;
-        let same = |s: &Screened| s.name == effect.name() && s.form == effect.form();
-        let found = round.singles.iter().find(|(k, _)| same(&round.screen[*k]));
-        Some(found?.1.first()?.plain.x.as_slice().to_vec())
-    };
     let mut order: Vec<usize> = (0..asked.len()).collect();
     order.sort_by(|&a, &b| {
         screen[b]
@@ -165,6 +81,7 @@ pub(crate) fn confirm_singles<P: Predictor>(
         .collect();
     others.sort_by(|a, b| b.log_evidence.total_cmp(&a.log_evidence));
     others.truncate(STRUCTURES);
+    let effort = contest(setup.kind);
     let mut singles: Vec<(usize, Vec<Weighed>)> = confirmed
         .par_iter()
         .enumerate()
@@ -176,6 +93,15 @@ pub(crate) fn confirm_singles<P: Predictor>(
             {
                 let h = null.with(Arc::clone(effect)).ok()?;
                 return Some((k, vec![tangent_only(h, null_weighed, &screen[k].score)]));
+            }
+            // What a fit under another noise found is the best start.
+            let before = previous.and_then(|p| Some((p, p.single(&**effect)?)));
+            if let Some((p, found)) = before
+                && p.out(found)
+            {
+                let h = &found.hypothesis;
+                let again = weigh_at(data, predictor, h, levels, &found.plain).ok()?;
+                return Some((k, vec![again]));
             }
             let mut bases = vec![(null.clone(), null_weighed.fit.x.as_slice().to_vec())];
             if setup.kind == LogKind::Rig {
@@ -198,15 +124,15 @@ pub(crate) fn confirm_singles<P: Predictor>(
                     let starts = match setup.kind {
                         LogKind::Rig => vec![near, off, other],
                         LogKind::Drive | LogKind::Kinematic => {
-                            vec![before(effect).unwrap_or(near)]
+                            vec![before.map_or(near, |(_, w)| w.plain.x.as_slice().to_vec())]
                         }
                     };
-                    let guess = (setup.kind == LogKind::Drive)
+                    let guess = (setup.kind == LogKind::Drive && before.is_none())
                         .then(|| screen[k].score.beside(&null_weighed.plain.jacobian));
-                    let found = weigh(data, predictor, &h, levels, &starts, guess).ok()?;
+                    let found = weigh(data, predictor, &h, levels, &starts, guess, effort).ok()?;
                     let far = far_start(&**effect, &found, setup.kind);
                     Some(better_of(found, far, |start| {
-                        weigh(data, predictor, &h, levels, &[start], None).ok()
+                        weigh(data, predictor, &h, levels, &[start], None, effort).ok()
                     }))
                 })
                 .collect();
@@ -215,7 +141,7 @@ pub(crate) fn confirm_singles<P: Predictor>(
         .collect();
     if setup.kind == LogKind::Drive {
         let mut all: Vec<&mut Weighed> = singles.iter_mut().flat_map(|(_, w)| w).collect();
-        start_anew(data, predictor, levels, null.len(), &mut all);
+        start_anew(data, predictor, levels, null.len(), &mut all, anew);
     }
     singles
 }

@@ -49,9 +49,15 @@ pub(crate) fn posterior(hypothesis: &Hypothesis, fit: &Fit) -> Posterior {
     };
     let shift = &covariance * &b;
     let mean = &fit.x + &shift;
-    let mut log_evidence = -0.5 * (fit.chi2() + fit.x.norm_squared()) + 0.5 * b.dot(&shift)
-        - 0.5 * log_det
-        - 0.5 * fit.log_det;
+    // Short of its end a fit's slopes promise what its curvature does not keep.
+    let promised = 0.5 * b.dot(&shift);
+    let gain = if fit.converged {
+        promised
+    } else {
+        promised.min(1.0)
+    };
+    let mut log_evidence =
+        -0.5 * (fit.chi2() + fit.x.norm_squared()) + gain - 0.5 * log_det - 0.5 * fit.log_det;
     for (k, one_sided) in hypothesis.one_sided().iter().enumerate() {
         if *one_sided {
             log_evidence +=

@@ -15,6 +15,27 @@ use crate::noise::Whitener;
 const MAX_STEPS: usize = 80;
 /// Predicted decrease of |r|² + |x|² below which a fit has converged: far below the one unit that matters.
 const CERTIFICATE: f64 = 1e-4;
+/// Misfit per value beyond the noise from which a fit is far from the data.
+const FAR: f64 = 0.3;
+/// Steps over which such a fit must come nearer, and by which share of what is left.
+const NEARER: (usize, f64) = (6, 0.02);
+/// Steps after which a cost is out of reach that so many times the decrease in sight does not bridge.
+const REACH: (usize, f64) = (4, 4.0);
+/// Predicted decrease below which a carried Jacobian ends a fit.
+const CARRIED: f64 = 1e-2;
+
+/// How long a fit goes on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Effort {
+    /// Until an exact Jacobian certifies the end.
+    Certified,
+    /// The same, unless it stays far from the data and hardly comes nearer: enough to know that it is out of the contest.
+    Contest,
+    /// As a contest, and given up where this cost is out of reach.
+    Below(f64),
+    /// As a contest, but the carried Jacobian may end it: for fits to most of the data from a fit to all of it.
+    Carried,
+}
 
 /// A fitted hypothesis.
 #[derive(Clone, Debug)]
@@ -52,21 +73,38 @@ pub(crate) fn evaluate<P: Predictor>(
     hypothesis: &Hypothesis,
     x: &[f64],
 ) -> Result<Stacked, GapError> {
+    evaluate_from(data, predictor, hypothesis, x, 0)
+}
+
+/// The same, but only the columns of the Jacobian from one on.
+///
+/// # Errors
+/// Where the model has no answer.
+pub(crate) fn evaluate_from<P: Predictor>(
+    data: &DataSet,
+    predictor: &P,
+    hypothesis: &Hypothesis,
+    x: &[f64],
+    first: usize,
+) -> Result<Stacked, GapError> {
+    let (held, free) = x.split_at(first.min(x.len()));
     let each = (0..data.observations.len())
         .into_par_iter()
         .map(|i| {
             let i = data.observations[i].index;
             let raw = predictor.raw(i);
             // Every chunk of derivatives solves the wheels anew, so the widest that is filled is the cheapest.
-            if x.len() <= 8 {
+            if free.len() <= 8 {
                 let raw: Vec<Dual8> = raw.into_iter().map(Dual8::from).collect();
-                jacobian(x, |x| {
-                    predictor.residual(&hypothesis.law, &hypothesis.parameters(x), i, &raw)
+                jacobian(free, |free| {
+                    let p = hypothesis.parameters(&beside(held, free));
+                    predictor.residual(&hypothesis.law, &p, i, &raw)
                 })
             } else {
                 let raw: Vec<Dual16> = raw.into_iter().map(Dual16::from).collect();
-                wide_jacobian(x, |x| {
-                    predictor.residual(&hypothesis.law, &hypothesis.parameters(x), i, &raw)
+                wide_jacobian(free, |free| {
+                    let p = hypothesis.parameters(&beside(held, free));
+                    predictor.residual(&hypothesis.law, &p, i, &raw)
                 })
             }
         })
@@ -74,7 +112,7 @@ pub(crate) fn evaluate<P: Predictor>(
     let n = data.len();
     let mut stacked = Stacked {
         residual: DVector::zeros(n),
-        jacobian: DMatrix::zeros(n, x.len()),
+        jacobian: DMatrix::zeros(n, free.len()),
     };
     let mut at = 0;
     for (value, jac) in each {
@@ -89,6 +127,12 @@ pub(crate) fn evaluate<P: Predictor>(
         at += value.len();
     }
     Ok(stacked)
+}
+
+/// Constants and variables as one vector.
+fn beside<T: From<f64> + Copy>(held: &[f64], free: &[T]) -> Vec<T> {
+    let held = held.iter().map(|&v| T::from(v));
+    held.chain(free.iter().copied()).collect()
 }
 
 /// Residual of all observations, not whitened.
@@ -113,8 +157,7 @@ pub(crate) fn residual<P: Predictor>(
 /// Fits a hypothesis from a start, with a guess of the whitened Jacobian there.
 ///
 /// An exact Jacobian costs several times what a residual does, so between exact ones it is carried along by Broyden's
-/// update; only an exact one can certify the end. Without `certified` the carried one may end it: for fits to most of the
-/// data from a fit to all of it.
+/// update; only an exact one can certify the end.
 ///
 /// # Errors
 /// When the model has no answer at the start; steps into such places are only refused.
@@ -125,7 +168,7 @@ pub(crate) fn fit_near<P: Predictor>(
     whitener: &Whitener,
     start: &[f64],
     guess: Option<DMatrix<f64>>,
-    certified: bool,
+    effort: Effort,
 ) -> Result<Fit, GapError> {
     let (low, high) = hypothesis.bounds();
     let d = start.len();
@@ -153,7 +196,18 @@ pub(crate) fn fit_near<P: Predictor>(
     let mut cost = cost_of(&r, &x);
     let mut damping = 1e-3;
     let mut converged = false;
+    let certified = effort != Effort::Carried;
+    let end = if certified { CERTIFICATE } else { CARRIED };
+    let near = data.len() as f64 * (1.0 + FAR);
+    let mut way = vec![cost];
     for _ in 0..MAX_STEPS {
+        let (steps, nearer) = NEARER;
+        let before = way.len().checked_sub(steps + 1).and_then(|k| way.get(k));
+        let left_over = cost - data.len() as f64;
+        let stalls = |before: &f64| before - cost < nearer * left_over;
+        if effort != Effort::Certified && cost > near && before.is_some_and(stalls) {
+            break;
+        }
         // Half the downhill gradient; components pushed against their bound stay where they are.
         let gradient = j.tr_mul(&r) - &x;
         let held: Vec<bool> = (0..d)
@@ -167,8 +221,14 @@ pub(crate) fn fit_near<P: Predictor>(
         let h = jf.tr_mul(&jf) + DMatrix::identity(free.len(), free.len());
         let newton = h.clone().cholesky().map(|c| c.solve(&g));
         let left = newton.as_ref().map(|newton| newton.dot(&g));
+        if let Effort::Below(target) = effort
+            && way.len() > REACH.0
+            && cost - REACH.1 * left.unwrap_or(f64::INFINITY) > target
+        {
+            break;
+        }
         let mut step = None;
-        if left.is_some_and(|left| left >= CERTIFICATE) {
+        if left.is_some_and(|left| left >= end) {
             // A carried Jacobian that finds no step is renewed rather than damped away.
             for _ in 0..if exact { 30 } else { 4 } {
                 let damped = &h + DMatrix::from_diagonal(&(h.diagonal() * damping));
@@ -200,6 +260,7 @@ pub(crate) fn fit_near<P: Predictor>(
                 let surprise = (&r - &next_r) - &j * &moved;
                 (x, r) = (next, next_r);
                 cost = cost_of(&r, &x);
+                way.push(cost);
                 if slow && !exact {
                     (r, j) = whiten(&x)?;
                     exact = true;
@@ -208,7 +269,7 @@ pub(crate) fn fit_near<P: Predictor>(
                     exact = false;
                 }
             }
-            None if !certified && left.is_some_and(|left| left < CERTIFICATE) => break,
+            None if !certified && left.is_some_and(|left| left < end) => break,
             None if exact => {
                 // Certified, at rounding, or in a corner of the model's domain.
                 converged = left.is_some_and(|left| left < 1e-3);
@@ -247,6 +308,7 @@ pub(crate) fn fit_from<P: Predictor>(
     whitener: &Whitener,
     starts: &[Vec<f64>],
     mut guess: Option<DMatrix<f64>>,
+    effort: Effort,
 ) -> Result<Fit, GapError> {
     let mut best: Option<Fit> = None;
     let mut error = None;
@@ -258,7 +320,7 @@ pub(crate) fn fit_from<P: Predictor>(
             whitener,
             start,
             guess.take(),
-            true,
+            effort,
         ) {
             Ok(f) => {
                 if best.as_ref().is_none_or(|b| f.cost < b.cost) {

@@ -10,7 +10,7 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use crate::dataset::{DataSet, Predictor};
 use crate::error::GapError;
-use crate::fit::{Fit, fit_near, residual};
+use crate::fit::{Effort, Fit, fit_near, residual};
 use crate::hypothesis::Hypothesis;
 use crate::noise::NoiseModel;
 
@@ -156,9 +156,14 @@ pub(crate) fn hold_out<P: Predictor>(
                     .collect();
                 // On a rig fits are cheap and far from linear: they are certified.
                 let quick = by == HoldOut::Segment && whole.jacobian.nrows() == rows.len();
+                let effort = if quick {
+                    Effort::Carried
+                } else {
+                    Effort::Certified
+                };
                 let slopes = quick.then(|| whole.jacobian.select_rows(&kept));
                 let fitted =
-                    fit_near(&train, predictor, h, &train_whitener, start, slopes, !quick)?;
+                    fit_near(&train, predictor, h, &train_whitener, start, slopes, effort)?;
                 let r = test_whitener.apply_vector(&residual(
                     &test,
                     predictor,

@@ -10,6 +10,7 @@ use crate::noise::NoiseModel;
 use crate::roughness;
 use crate::settings::LogKind;
 use crate::setup::Setup;
+use crate::weigh::contest;
 
 /// Slip below which a row counts as braking for the second try: rows at zero slip scatter to both sides.
 const BRAKING: f64 = -0.05;
@@ -70,7 +71,19 @@ fn settle<P: Predictor>(
         .apply_vector(&residual(data, predictor, null, &centre)?)
         .norm_squared();
     let starts = starts_of(null, setup.kind);
-    let mut fitted = fit_from(data, predictor, null, &noise.whitener(data)?, &starts, None)?;
+    let fit = |data: &DataSet, noise: &NoiseModel, starts: &[Vec<f64>]| {
+        let whitener = noise.whitener(data)?;
+        fit_from(
+            data,
+            predictor,
+            null,
+            &whitener,
+            starts,
+            None,
+            contest(setup.kind),
+        )
+    };
+    let mut fitted = fit(data, &noise, &starts)?;
     let n = data.len() as f64;
     for _ in 0..2 {
         let x = fitted.x.as_slice().to_vec();
@@ -81,7 +94,7 @@ fn settle<P: Predictor>(
             let r = residual(data, predictor, null, &x)?;
             roughness::add(&mut noise, data, setup.rover, &r);
         }
-        fitted = fit_from(data, predictor, null, &noise.whitener(data)?, &[x], None)?;
+        fitted = fit(data, &noise, &[x])?;
     }
     Ok((fitted, noise, given))
 }

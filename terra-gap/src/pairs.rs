@@ -5,17 +5,18 @@ use std::sync::Arc;
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
-use crate::confirm::{Asked, screen_all};
 use crate::dataset::{DataSet, Predictor};
 use crate::hypothesis::Hypothesis;
 use crate::noise::Whitener;
+use crate::renewal::{Before, out};
 use crate::settings::LogKind;
 use crate::setup::Screened;
+use crate::signatures::{Asked, screen_all};
 use crate::starts::start_anew;
-use crate::weigh::{Amplitudes, Weighed, weigh};
+use crate::weigh::{Amplitudes, Weighed, contest, weigh, weigh_at};
 
 /// Screened gain that a second cause of a drive must promise to be fitted: calibrated thresholds ask for more.
-const PARTNER_FROM: f64 = 0.0;
+const PARTNER_FROM: f64 = 1.0;
 /// Pairs confirmed because the tangent at the nominal fit ranks them first among all pairs.
 const PAIRS_BY_SCREEN: usize = 4;
 /// Effects that get partners, on a rig.
@@ -76,6 +77,8 @@ pub(crate) fn confirm_pairs<P: Predictor>(
     asked: &Asked,
     whitener: &Whitener,
     kind: LogKind,
+    previous: Option<Before<'_>>,
+    anew: &mut Vec<String>,
 ) -> Vec<Weighed> {
     let mut seeds: Vec<(usize, &Weighed)> = singles
         .iter()
@@ -104,6 +107,10 @@ pub(crate) fn confirm_pairs<P: Predictor>(
         }
     }
     seeds = chosen;
+    if kind == LogKind::Drive {
+        let all = || singles.iter().flat_map(|(_, w)| w);
+        seeds.retain(|(_, w)| !out(w, all()));
+    }
     let mut jobs: Vec<Job> = seeds
         .iter()
         .flat_map(|(first, weighed)| {
@@ -168,6 +175,15 @@ pub(crate) fn confirm_pairs<P: Predictor>(
                 .ok()?
                 .with(Arc::clone(&asked[b]))
                 .ok()?;
+            let before = previous.and_then(|p| Some((p, p.pair(&h.effect_name())?)));
+            if let Some((p, found)) = before {
+                let h = &found.hypothesis;
+                if p.out(found) {
+                    return weigh_at(data, predictor, h, levels, &found.plain).ok();
+                }
+                let starts = [found.plain.x.as_slice().to_vec()];
+                return weigh(data, predictor, h, levels, &starts, None, contest(kind)).ok();
+            }
             let mut off = start.clone();
             if let Some(last) = off.last_mut() {
                 *last = 0.0;
@@ -177,7 +193,7 @@ pub(crate) fn confirm_pairs<P: Predictor>(
                 LogKind::Drive | LogKind::Kinematic => vec![start.clone()],
             };
             let guess = (kind == LogKind::Drive).then_some(guess);
-            let pair = weigh(data, predictor, &h, levels, &starts, guess).ok()?;
+            let pair = weigh(data, predictor, &h, levels, &starts, guess, contest(kind)).ok()?;
             if kind == LogKind::Drive {
                 // How much a second cause must gain there is a matter of calibration.
                 return Some(pair);
@@ -198,7 +214,7 @@ pub(crate) fn confirm_pairs<P: Predictor>(
         .collect();
     if kind == LogKind::Drive {
         let mut all: Vec<&mut Weighed> = pairs.iter_mut().collect();
-        start_anew(data, predictor, levels, null.len(), &mut all);
+        start_anew(data, predictor, levels, null.len(), &mut all, anew);
     }
     pairs
 }

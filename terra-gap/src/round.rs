@@ -4,21 +4,25 @@
 //! nominal law has other slopes than the truth, so the noise is taken at the best explanation and all are weighed anew.
 
 use crate::candidates::Candidates;
-use crate::confirm::{Asked, confirm_singles, screen_all};
+use crate::confirm::confirm_singles;
 use crate::dataset::{DataSet, Predictor};
 use crate::error::GapError;
 use crate::fit::{Fit, residual};
 use crate::hypothesis::Hypothesis;
 use crate::noise::{NoiseModel, Whitener};
 use crate::pairs::confirm_pairs;
+use crate::renewal::Before;
 use crate::roughness;
 use crate::settings::{LogKind, Settings};
 use crate::setup::{Screened, Setup};
+use crate::signatures::{Asked, screen_all};
 use crate::structures::{Structures, weigh_structures};
-use crate::weigh::{Amplitudes, Weighed, weigh};
+use crate::weigh::{Amplitudes, Weighed, contest, weigh};
 
 /// Gain \[nats\] of an explanation over the one that the noise was taken at, above which the noise is taken anew.
 const RENEW_FROM: f64 = 20.0;
+/// Misfit per value of the best single cause from which a second one is asked for before the noise is renewed.
+const PAIRS_FROM: f64 = 3.0;
 /// How often.
 const RENEWALS: usize = 2;
 
@@ -34,6 +38,8 @@ pub(crate) struct Round {
     pub not_asked: Vec<(String, String)>,
     /// Other structures, where effects are weighed under them.
     pub found: Structures,
+    /// Effects that were fitted anew from the prior centre, in this round or before.
+    pub anew: Vec<String>,
     /// ln Z of the explanation that the noise was taken at.
     base: f64,
 }
@@ -74,8 +80,8 @@ pub(crate) fn settle<P: Predictor>(
 }
 
 impl Round {
-    /// `at`: the effects at whose fit the noise was taken. Pairs wait until the singles ask for no other noise, or for the
-    /// last round. `previous`: the round before, and whether this is the last.
+    /// `at`: the effects at whose fit the noise was taken. Pairs wait until the singles ask for no other noise or are far
+    /// from the data, or for the last round. `previous`: the round before, and whether this is the last.
     fn new<P: Predictor>(
         data: &DataSet,
         common: &Common<'_, '_, P>,
@@ -97,7 +103,15 @@ impl Round {
         if setup.kind == LogKind::Rig {
             starts.push(vec![0.0; null.len()]);
         }
-        let null_weighed = weigh(data, predictor, null, &levels, &starts, None)?;
+        let null_weighed = weigh(
+            data,
+            predictor,
+            null,
+            &levels,
+            &starts,
+            None,
+            contest(setup.kind),
+        )?;
         let mut not_asked = candidates.not_asked.clone();
         let (screen, asked): (_, Asked) = screen_all(
             data,
@@ -113,6 +127,8 @@ impl Round {
             LogKind::Rig => weigh_structures(data, predictor, setup, &noise, &levels, &[])?,
             LogKind::Drive | LogKind::Kinematic => Structures::default(),
         };
+        let before = previous.map(|p| Before(p.0));
+        let mut anew = before.map_or(vec![], |b| b.0.anew.clone());
         let singles = confirm_singles(
             data,
             predictor,
@@ -123,7 +139,8 @@ impl Round {
             &levels,
             &screen,
             &asked,
-            previous.map(|p| p.0),
+            before,
+            &mut anew,
         );
         let mut round = Round {
             base: null_weighed.log_evidence,
@@ -136,11 +153,14 @@ impl Round {
             pairs: vec![],
             not_asked,
             found,
+            anew,
         };
         round.base = round.evidence_of(at);
-        if settings.combine >= 2
-            && (previous.is_some_and(|p| p.1) || round.better(setup.kind).is_none())
-        {
+        let last = previous.is_some_and(|p| p.1);
+        let renewed = round.better(setup.kind);
+        let far = |w: &Weighed| w.chi2_per_value() > PAIRS_FROM;
+        if settings.combine >= 2 && (last || renewed.is_none_or(far)) {
+            let mut anew = std::mem::take(&mut round.anew);
             round.pairs = confirm_pairs(
                 data,
                 predictor,
@@ -152,13 +172,16 @@ impl Round {
                 &asked,
                 &round.plain,
                 setup.kind,
+                before,
+                &mut anew,
             );
+            round.anew = anew;
             round.base = round.evidence_of(at);
         }
         Ok(round)
     }
 
-    fn all(&self) -> impl Iterator<Item = &Weighed> {
+    pub(crate) fn all(&self) -> impl Iterator<Item = &Weighed> {
         let singles = self.singles.iter().flat_map(|(_, w)| w);
         singles.chain(&self.pairs)
     }

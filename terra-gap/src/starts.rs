@@ -4,7 +4,8 @@ use rayon::prelude::*;
 use terra_model::{AnyEffect, Touch};
 
 use crate::dataset::{DataSet, Predictor};
-use crate::fit::fit_near;
+use crate::fit::{Effort, fit_near};
+use crate::renewal::out;
 use crate::settings::LogKind;
 use crate::weigh::{Amplitudes, Weighed, weigh};
 
@@ -57,21 +58,31 @@ fn fresh_start(found: &Weighed, soil: usize) -> Option<Vec<f64>> {
     )
 }
 
-/// Fits the best explanations anew from there.
+/// Fits the best explanations anew from there, unless that was done under another noise already or the best leaves nothing
+/// that they could win.
 pub(crate) fn start_anew<P: Predictor>(
     data: &DataSet,
     predictor: &P,
     levels: &Amplitudes,
     soil: usize,
     all: &mut [&mut Weighed],
+    done: &mut Vec<String>,
 ) {
     all.sort_by(|a, b| b.log_evidence.total_cmp(&a.log_evidence));
-    all.par_iter_mut().take(ANEW).for_each(|w| {
+    let mut best: Vec<&mut Weighed> = all.iter_mut().take(ANEW).map(|w| &mut **w).collect();
+    if let Some(first) = best.first().map(|w| (**w).clone())
+        && first.chi2_per_value() < FAR_FIT
+    {
+        best.retain(|w| !out(w, std::iter::once(&first)));
+    }
+    best.retain(|w| !done.contains(&w.hypothesis.effect_name()));
+    done.extend(best.iter().map(|w| w.hypothesis.effect_name()));
+    best.par_iter_mut().for_each(|w| {
         let h = w.hypothesis.clone();
         let found = better_of(w.clone(), fresh_start(w, soil), |start| {
             // With the noise taken ten times larger the prior holds the soil back until the rest is about right.
             let loose = levels.loose.as_ref()?;
-            let near = fit_near(data, predictor, &h, loose, &start, None, false).ok()?;
+            let near = fit_near(data, predictor, &h, loose, &start, None, Effort::Carried).ok()?;
             weigh(
                 data,
                 predictor,
@@ -79,6 +90,7 @@ pub(crate) fn start_anew<P: Predictor>(
                 levels,
                 &[near.x.as_slice().to_vec()],
                 None,
+                Effort::Contest,
             )
             .ok()
         });

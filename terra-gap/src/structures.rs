@@ -9,13 +9,13 @@ use rayon::prelude::*;
 
 use crate::dataset::{DataSet, Predictor};
 use crate::error::GapError;
-use crate::fit::{fit_from, residual};
+use crate::fit::{Effort, fit_from, residual};
 use crate::hypothesis::Hypothesis;
 use crate::noise::NoiseModel;
 use crate::null::starts_of;
 use crate::settings::LogKind;
 use crate::setup::Setup;
-use crate::weigh::{Amplitudes, Weighed, weigh};
+use crate::weigh::{Amplitudes, Weighed, contest, weigh};
 
 /// Windows of a drive that a model is tried on first.
 const TRIED_ON: usize = 16;
@@ -65,18 +65,19 @@ pub(crate) fn weigh_structures<P: Predictor>(
             let h = Hypothesis::null(rival.law.clone(), Arc::clone(&rival.soil));
             let mut starts = starts_of(&h, setup.kind);
             if setup.kind != LogKind::Rig && best.is_finite() {
-                let fitted = fit_from(&few, predictor, &h, &whitener, &starts, None).ok()?;
+                let within = Effort::Below(2.0 * (best + OUT));
+                let fitted = fit_from(&few, predictor, &h, &whitener, &starts, None, within).ok()?;
                 let behind = 0.5 * fitted.cost - best;
                 if behind > OUT {
                     let reason = format!(
-                        "{behind:.0} nats behind the best explanation on {} windows of its own choice of soil",
+                        "{behind:.0} nats behind the best explanation on {} windows, where its fit was ended",
                         keep.len()
                     );
                     return Some(Err((rival.name.clone(), reason)));
                 }
                 starts = vec![fitted.x.as_slice().to_vec()];
             }
-            weigh(data, predictor, &h, levels, &starts, None).ok().map(|w| Ok((rival.name.clone(), w)))
+            weigh(data, predictor, &h, levels, &starts, None, contest(setup.kind)).ok().map(|w| Ok((rival.name.clone(), w)))
         })
         .collect();
     let mut out = Structures::default();

@@ -8,7 +8,7 @@ use nalgebra::DMatrix;
 use crate::dataset::{DataSet, Predictor};
 use crate::error::GapError;
 use crate::evidence::{Posterior, log_sum_exp, posterior};
-use crate::fit::{Fit, fit_from};
+use crate::fit::{Effort, Fit, evaluate, fit_from};
 use crate::hypothesis::Hypothesis;
 use crate::noise::{NoiseModel, Whitener};
 use crate::settings::LogKind;
@@ -86,6 +86,49 @@ impl Weighed {
     }
 }
 
+/// How long the fits of a contest go on: on a rig they are cheap.
+pub(crate) fn contest(kind: LogKind) -> Effort {
+    match kind {
+        LogKind::Rig | LogKind::Kinematic => Effort::Certified,
+        LogKind::Drive => Effort::Contest,
+    }
+}
+
+/// Weighs a rival of a drive where it stands, without a fit.
+///
+/// # Errors
+/// When it has no answer there.
+pub(crate) fn weigh_at<P: Predictor>(
+    data: &DataSet,
+    predictor: &P,
+    hypothesis: &Hypothesis,
+    amplitudes: &Amplitudes,
+    before: &Fit,
+) -> Result<Weighed, GapError> {
+    let whitener = &amplitudes.plain;
+    let here = evaluate(data, predictor, hypothesis, before.x.as_slice())?;
+    let residual = whitener.apply_vector(&here.residual);
+    let fit = Fit {
+        cost: residual.norm_squared() + before.x.norm_squared(),
+        residual,
+        jacobian: whitener.apply(&here.jacobian),
+        converged: false,
+        log_det: whitener.log_det,
+        x: before.x.clone(),
+        at_bound: before.at_bound.clone(),
+    };
+    let posterior = posterior(hypothesis, &fit);
+    Ok(Weighed {
+        hypothesis: hypothesis.clone(),
+        amplitude: 0.0,
+        log_evidence: posterior.log_evidence,
+        plain_log_evidence: posterior.log_evidence,
+        posterior,
+        plain: fit.clone(),
+        fit,
+    })
+}
+
 /// Fits and weighs a rival from the given starts; `guess` is a Jacobian at the first, whitened by the noise alone.
 ///
 /// # Errors
@@ -97,13 +140,22 @@ pub(crate) fn weigh<P: Predictor>(
     amplitudes: &Amplitudes,
     starts: &[Vec<f64>],
     guess: Option<DMatrix<f64>>,
+    effort: Effort,
 ) -> Result<Weighed, GapError> {
     let mut best: Option<(f64, f64, Fit, Posterior)> = None;
     let mut terms = vec![];
     let mut starts = starts.to_vec();
     let mut guess = guess;
     for (a, ln_weight, whitener) in &amplitudes.levels {
-        let fitted = fit_from(data, predictor, hypothesis, whitener, &starts, guess.take())?;
+        let fitted = fit_from(
+            data,
+            predictor,
+            hypothesis,
+            whitener,
+            &starts,
+            guess.take(),
+            effort,
+        )?;
         let post = posterior(hypothesis, &fitted);
         let term = ln_weight + post.log_evidence;
         terms.push(term);
@@ -128,6 +180,7 @@ pub(crate) fn weigh<P: Predictor>(
             &amplitudes.plain,
             &starts,
             None,
+            effort,
         )?
     };
     let plain_log_evidence = crate::evidence::posterior(hypothesis, &plain).log_evidence;

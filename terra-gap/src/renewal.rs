@@ -1,0 +1,43 @@
+//! What a round found under one noise, for the round under the next: starts, and who is out of the contest.
+
+use terra_model::AnyEffect;
+
+use crate::round::Round;
+use crate::setup::Screened;
+use crate::weigh::Weighed;
+
+/// A rival whose misfit beyond the noise is so many times the best one's, and so much more, is out: another noise or another
+/// start would have to change the misfit by as much.
+const OUT: (f64, f64) = (3.0, 100.0);
+
+/// The round before.
+#[derive(Clone, Copy)]
+pub(crate) struct Before<'a>(pub(crate) &'a Round);
+
+impl<'a> Before<'a> {
+    /// What it found for one effect.
+    pub(crate) fn single(self, effect: &dyn AnyEffect) -> Option<&'a Weighed> {
+        let same = |s: &Screened| s.name == effect.name() && s.form == effect.form();
+        let mut singles = self.0.singles.iter();
+        let (_, found) = singles.find(|(k, _)| same(&self.0.screen[*k]))?;
+        found.first()
+    }
+
+    /// What it found for two effects, in whatever order and forms.
+    pub(crate) fn pair(self, effects: &str) -> Option<&'a Weighed> {
+        let mut pairs = self.0.pairs.iter();
+        pairs.find(|w| w.hypothesis.effect_name() == effects)
+    }
+
+    /// True where it is too far from the data for another noise to bring it back.
+    pub(crate) fn out(self, rival: &Weighed) -> bool {
+        out(rival, self.0.all())
+    }
+}
+
+/// True where a rival is out of the contest with these.
+pub(crate) fn out<'a>(rival: &Weighed, others: impl Iterator<Item = &'a Weighed>) -> bool {
+    let beyond = |w: &Weighed| (w.plain.cost - w.plain.residual.len() as f64).max(0.0);
+    let least = others.map(beyond).fold(f64::INFINITY, f64::min);
+    beyond(rival) > OUT.0 * least + OUT.1
+}
