@@ -14,7 +14,7 @@
 
 mod read;
 
-pub(crate) use read::{Line, from_log, line};
+pub(crate) use read::{Line, all_windows, from_log, line};
 
 use terra_model::{
     BodyLoads, Channel, Contact, Law, ModelError, Motion, Root, Scalar, Vehicle, library_slip,

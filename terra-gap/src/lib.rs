@@ -11,6 +11,7 @@ mod calibrate;
 mod calibration;
 mod candidates;
 mod cause;
+mod closing;
 mod confirm;
 mod contrast;
 mod dataset;
@@ -49,6 +50,7 @@ mod weigh;
 
 pub use calibration::{Calibration, Case, Evidence};
 pub use cause::{Cause, CauseKind};
+pub use closing::{closing_drive, closing_rig};
 pub use contrast::Baseline;
 pub use dataset::{ChannelInfo, DataSet, Factors, Observation};
 pub use diagnose::{Diagnosis, Waterfall};

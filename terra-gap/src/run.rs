@@ -96,7 +96,7 @@ pub fn diagnose_drive_against(
     Ok(diagnosis)
 }
 
-fn setup<'a>(
+pub(crate) fn setup<'a>(
     registry: &'a Registry,
     rover: &'a Rover,
     kind: LogKind,

@@ -1,11 +1,7 @@
-//! How far the gap truly closed: the same effects, held out the same way, on the case's log without noise.
-//!
-//! # Equation
-//! closed = 1 - SSE_after/SSE_before over held-out groups of the noise-free log, both whitened by the noise floor: what
-//! the verdict's figure (SSE_before - SSE_after)/(SSE_before - n) estimates from noisy data.
+//! How far the gap truly closed: the same effects, held out the same way, on the case's observations without noise.
 
 use terra_data::hypothesis_terrains;
-use terra_gap::{HoldOut, Settings, diagnose_drive, diagnose_rig};
+use terra_gap::{HoldOut, closing_drive, closing_rig};
 use terra_model::Registry;
 
 use super::answer::Verdict;
@@ -49,35 +45,27 @@ pub(crate) fn closing(
         return Ok(None);
     }
     let mut scenario = scenario_of(key, design)?;
-    scenario.noise_scale = 0.0;
     let log = simulate(&scenario, &design.rover, library.registry())?;
+    scenario.noise_scale = 0.0;
+    let clean = simulate(&scenario, &design.rover, library.registry())?;
     let mut rover = design.rover.clone();
-    let mut settings = Settings::of(&rover);
-    settings.effects = Some(after.effects.clone());
-    settings.combine = after.effects.len().clamp(1, 2);
-    settings.hold_out = Some(by);
     let terrains = hypothesis_terrains(&rover.terrain, std::path::Path::new(""))?;
-    let diagnosis = match &log {
-        AnyLog::Drive(log) => {
+    let effects = &after.effects;
+    let truth = match (&log, &clean) {
+        (AnyLog::Drive(log), AnyLog::Drive(clean)) => {
             complete(&mut rover, &Log::Drive(log), &registry, &terrains)?;
-            diagnose_drive(log, &rover, &registry, &settings)?
+            closing_drive(log, clean, &rover, &registry, effects, by)?
         }
-        AnyLog::Rig(log) => {
+        (AnyLog::Rig(log), AnyLog::Rig(clean)) => {
             complete(&mut rover, &Log::Rig(log), &registry, &terrains)?;
-            diagnose_rig(log, &rover, &registry, &settings)?.0
+            closing_rig(log, clean, &rover, &registry, effects, by)?
         }
+        _ => None,
     };
-    let mut asked = after.effects.clone();
-    let mut accepted = diagnosis.accepted_names.clone();
-    asked.sort();
-    accepted.sort();
-    Ok(diagnosis
-        .held_out
-        .filter(|h| accepted == asked && h.chi2_before > 0.0)
-        .map(|h| Closing {
-            claimed: closed.mean,
-            lo: closed.lo,
-            hi: closed.hi,
-            truth: 1.0 - h.chi2_after / h.chi2_before,
-        }))
+    Ok(truth.map(|truth| Closing {
+        claimed: closed.mean,
+        lo: closed.lo,
+        hi: closed.hi,
+        truth,
+    }))
 }

@@ -85,6 +85,39 @@ pub(crate) fn from_log(
     log: &DriveLog,
     rover: &Rover,
 ) -> Result<(DataSet, DrivePredictor), GapError> {
+    let (data, predictor, bent) = windows(log, rover)?;
+    Ok((without(data, &bent), predictor))
+}
+
+/// The same, those with a step or an outlier inside too.
+///
+/// # Errors
+/// As there.
+pub(crate) fn all_windows(
+    log: &DriveLog,
+    rover: &Rover,
+) -> Result<(DataSet, DrivePredictor), GapError> {
+    windows(log, rover).map(|(data, predictor, _)| (data, predictor))
+}
+
+/// Leaves out, and counts, the bent windows.
+fn without(mut data: DataSet, bent: &[bool]) -> DataSet {
+    let before = data.observations.len();
+    data.observations
+        .retain(|o| !bent.get(o.index).copied().unwrap_or(false));
+    if data.observations.len() < before {
+        let reason = "a step or an outlier inside the window";
+        data.dropped
+            .insert(reason.to_owned(), before - data.observations.len());
+    }
+    data
+}
+
+/// All windows, and which of them are bent: a step or an outlier inside.
+fn windows(
+    log: &DriveLog,
+    rover: &Rover,
+) -> Result<(DataSet, DrivePredictor, Vec<bool>), GapError> {
     let vehicle = rover.nominal_vehicle().ok_or_else(|| {
         GapError::Mismatch("a drive log needs [vehicle] in the rover file".to_owned())
     })?;
@@ -107,6 +140,7 @@ pub(crate) fn from_log(
                 short_scatter: vec![],
             },
             DrivePredictor { vehicle, windows: vec![] },
+            vec![],
         ));
     };
     let (speed_sd, wheel_sd, torque_sd) = (
@@ -315,12 +349,8 @@ pub(crate) fn from_log(
         short_scatter[TORQUE + q] = beyond(q, torque_sd);
     }
     short_scatter[ACCEL] = log.accel_x.is_some().then(|| beyond(4, accel_sd)).flatten();
-    let bent = |s: &[f64; SERIES]| s.iter().zip(&usual).any(|(s, usual)| *s > BENDS * usual);
-    observations.retain(|o: &Observation| !scatters.get(o.index).is_some_and(bent));
-    if observations.len() < windows.len() {
-        let reason = "a step or an outlier inside the window";
-        dropped.insert(reason.to_owned(), windows.len() - observations.len());
-    }
+    let bends = |s: &[f64; SERIES]| s.iter().zip(&usual).any(|(s, usual)| *s > BENDS * usual);
+    let bent = scatters.iter().map(bends).collect();
     Ok((
         DataSet {
             channels,
@@ -330,5 +360,6 @@ pub(crate) fn from_log(
             short_scatter,
         },
         DrivePredictor { vehicle, windows },
+        bent,
     ))
 }
