@@ -23,6 +23,7 @@ mod effects;
 mod error;
 mod force_table;
 mod forms;
+mod grid;
 mod ground;
 mod history;
 pub mod integrate;
