@@ -137,6 +137,12 @@ pub fn simulate_drive_with(
             };
             let now = robot.instant(from, &y, &around, &control)?;
             record(&mut truth, from, &y, &now, &robot, &around.vehicle);
+            if let Some(currents) = control.current(from, &y) {
+                let columns = truth.motor_current.get_or_insert_with(Default::default);
+                for (column, current) in columns.iter_mut().zip(currents) {
+                    column.push(current);
+                }
+            }
             declared.push(segment, pass);
             advance(
                 &mut robot,

@@ -31,6 +31,7 @@ mod loads;
 mod noise;
 mod off_library;
 pub mod paper;
+mod programme;
 mod record;
 mod rig;
 mod robot;

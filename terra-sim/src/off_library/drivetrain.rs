@@ -32,8 +32,12 @@ pub(super) const GEARBOX_BACKLASH: TruthOnly = TruthOnly {
     magnitude: (0.1, 0.6),
     unit: "rad",
     scope: Scope::Drive,
-    summary: "after a reversal of torque the wheel gets none until the gap e is crossed: gap position m' = (tanh(T/1 N m) - m) 2 rad/s / e, T_wheel = T max(0, m tanh(T/1 N m))",
+    summary: "after a reversal of torque the wheel gets none until the gap e is crossed: gap position m' = (tanh(T/1 N m) - m) 2 rad/s / e, T_wheel = T (x + sqrt(x^2 + .1^2))/(1 + sqrt(1 + .1^2)) with x = m tanh(T/1 N m): teeth that give a little, and oil between them",
 };
+
+/// Share of the gap over which the teeth take up the torque: without it the torque has a corner in time and no
+/// integrator keeps its order.
+const TEETH: f64 = 0.1;
 
 /// Lost motion at a reversal of torque.
 pub(super) struct GearboxBacklash;
@@ -43,7 +47,8 @@ impl Unlisted for GearboxBacklash {
         &GEARBOX_BACKLASH
     }
     fn loss(&self, _e: f64, at: &WheelView) -> f64 {
-        at.torque * (1.0 - (at.memory * at.torque.tanh()).max(0.0))
+        let x = at.memory * at.torque.tanh();
+        at.torque * (1.0 - (x + x.hypot(TEETH)) / (1.0 + 1.0_f64.hypot(TEETH)))
     }
     fn remembers(&self) -> bool {
         true
