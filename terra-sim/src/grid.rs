@@ -1,14 +1,14 @@
 //! Four smooth functions of slip and load, as polynomials between nodes.
 //!
-//! Nodes are 1/128 apart in slip and .05 apart in ln W. Between them stands the tensor product of Lagrange polynomials
+//! Nodes are 1/64 apart in slip and .05 apart in ln W. Between them stands the tensor product of Lagrange polynomials
 //! of degree 5. Slip below and above 0 never share a polynomial, because braking and driving meet there with a kink.
 //! Nodes of one load lie in a row of their own that is made when first needed, so that a look-up reads six short
 //! contiguous pieces and hashes nothing.
 
 /// Spacing of slip \[1\].
-const SLIP_STEP: f64 = 1.0 / 128.0;
+const SLIP_STEP: f64 = 1.0 / 64.0;
 /// Cells of slip on each side of 0.
-const SLIP_CELLS: usize = 128;
+const SLIP_CELLS: usize = 64;
 /// Spacing of ln W.
 const LOAD_STEP: f64 = 0.05;
 /// Cells of ln W: from e^-9 N to e^18 N, beyond any wheel.
