@@ -388,6 +388,29 @@ mod tests {
         assert_eq!(e.exit_code(), 2);
     }
 
+    /// Every case moves, with its effects and without, whatever its kind; the key counts what was drawn in vain.
+    #[test]
+    fn kept_draws_move() {
+        let library = Library::new(Registry::builtin());
+        let design = Design::named("ramp").unwrap();
+        let shares = Shares::parse("none=1,single=1").unwrap();
+        let challenge = make(&design, &library, shares, 10, 3, &|| (), &mut |_| Ok(())).unwrap();
+        let gate = challenge.key.draws.unwrap();
+        assert_eq!((gate.moving_windows, gate.speed_m_s), (10, 0.12));
+        let mut rejected = 0;
+        for case in &challenge.key.cases {
+            let key = case.read().unwrap();
+            rejected += key.rejected;
+            let mut scenario = quiet(&scenario_of(&key, &design).unwrap());
+            for _ in 0..2 {
+                let log = simulate(&scenario, &design.rover, library.registry()).unwrap();
+                assert!(moves(&log, design.rover.wheel.radius, 10), "{}", case.case);
+                scenario.effects.clear();
+            }
+        }
+        assert_eq!(gate.rejected, rejected);
+    }
+
     /// The key alone makes the log again, byte for byte.
     #[test]
     fn a_key_makes_its_log_again() {
