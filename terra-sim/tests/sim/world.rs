@@ -385,4 +385,10 @@ fn the_planar_example_runs() {
     let straight = run(&scenario);
     assert!((bent.truth.wheel_speed[0][30] - straight.truth.wheel_speed[0][30]).abs() < 1e-6);
     assert_ne!(bent.log.wheel_speed[0], straight.log.wheel_speed[0]);
+    let current = bent
+        .truth
+        .columns()
+        .into_iter()
+        .find(|c| c.name == "motor_current_fl_A");
+    assert_eq!(current.unwrap().values.len(), 40);
 }
