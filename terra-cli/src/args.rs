@@ -107,10 +107,14 @@ pub(crate) enum Command {
     /// Makes a log with known truth from a scenario file.
     Simulate {
         /// Scenario (TOML).
-        scenario: PathBuf,
+        #[arg(required_unless_present = "list")]
+        scenario: Option<PathBuf>,
         /// Log to write (CSV).
-        #[arg(long)]
-        out: PathBuf,
+        #[arg(long, required_unless_present = "list")]
+        out: Option<PathBuf>,
+        /// List the effects and forms that only the simulator has, beside those of `terra effects`.
+        #[arg(long, exclusive = true)]
+        list: bool,
         /// Also write the noise-free truth (CSV).
         #[arg(long)]
         truth: Option<PathBuf>,

@@ -5,17 +5,26 @@
 //! T_asked = k_p (ω_ref - ω) + T_i, dT_i/dt = k_i (ω_ref - ω), with k_p = 2 ζ ω_n J, k_i = ω_n² J, ζ = 1,
 //! ω_n = 10 rad/s unless the scenario says otherwise, J = I_w + m R²/4: critically damped for a wheel that carries its
 //! share of the vehicle without slip. T_i carries on between segments; after a torque segment it starts at the torque
-//! that was applied last; it rests while the motor is at its limit.
+//! that was applied last. At its limit the motor cannot follow, and an integral that pushes further only winds up: it
+//! fades out while what is asked goes from the limit to 5 % beyond. A switch in its place would make the motion slide
+//! along the limit, where no step is short enough.
 //!
 //! Motor: T_m = clamp(T_asked(t - delay) - droop ω, ± limit (1 - |ω|/ω_0) when T_m and ω agree in sign, ± limit
-//! otherwise), dT/dt = (T_m - T)/lag, delivered η T when it drives and T/η when it is driven. Without a `[motor]` the
-//! delivered torque is the asked one.
+//! otherwise), dT/dt = (T_m - T)/lag, delivered η T when it drives and T/η when it is driven, less the friction of the
+//! gears T_c tanh(ω/.1 rad/s) + b ω. The current is T/k_t. Without a `[motor]` the delivered torque is the asked one.
 
+use crate::off_library::smooth_step;
 use crate::robot::{INTEGRALS_AT, MOTORS_AT, STATES, WHEELS_AT, four};
 use crate::scenario::{Command, DriveSegment, Motor, Profile};
 
 /// ζ \[1\].
 const DAMPING: f64 = 1.0;
+
+/// The integral fades out within this share of the torque limit.
+const FADE: f64 = 0.05;
+
+/// Speed within which Coulomb friction turns its sign \[rad/s\].
+const CREEP: f64 = 0.1;
 
 /// The motors of one segment.
 #[derive(Clone, Copy, Debug)]
@@ -72,22 +81,35 @@ impl Control {
         torque.clamp(-limit, limit)
     }
 
+    /// Torque of the motors, before gears \[N m\].
+    fn made(&self, time: f64, y: &[f64; STATES]) -> [f64; 4] {
+        if self.motor.lag > 0.0 {
+            return four(y, MOTORS_AT);
+        }
+        let speeds = four(y, WHEELS_AT);
+        let asked = self.asked(time, speeds, four(y, INTEGRALS_AT));
+        std::array::from_fn(|q| self.possible(asked[q], speeds[q]))
+    }
+
+    /// Currents of the motors \[A\]; none without a torque constant.
+    pub(crate) fn current(&self, time: f64, y: &[f64; STATES]) -> Option<[f64; 4]> {
+        let constant = self.motor.torque_constant;
+        (constant > 0.0).then(|| self.made(time, y).map(|torque| torque / constant))
+    }
+
     /// Torque the motors deliver \[N m\].
     pub(crate) fn torque(&self, time: f64, y: &[f64; STATES]) -> [f64; 4] {
         let speeds = four(y, WHEELS_AT);
         if self.motor == Motor::default() {
             return self.asked(time, speeds, four(y, INTEGRALS_AT));
         }
-        let torque = if self.motor.lag > 0.0 {
-            four(y, MOTORS_AT)
-        } else {
-            let asked = self.asked(time, speeds, four(y, INTEGRALS_AT));
-            std::array::from_fn(|q| self.possible(asked[q], speeds[q]))
-        };
+        let torque = self.made(time, y);
         std::array::from_fn(|q| {
             // η where it drives, 1/η where it is driven, smoothly within a tenth of a watt.
             let direction = (10.0 * torque[q] * speeds[q]).tanh();
-            torque[q] * self.motor.efficiency.powf(direction)
+            let friction =
+                self.motor.coulomb * (speeds[q] / CREEP).tanh() + self.motor.viscous * speeds[q];
+            torque[q] * self.motor.efficiency.powf(direction) - friction
         })
     }
 
@@ -107,11 +129,13 @@ impl Control {
             for q in 0..4 {
                 let error = wanted[q] - y[WHEELS_AT + q];
                 let held = asked[q] - self.motor.droop * y[WHEELS_AT + q];
-                // An integral that pushes against a limit only winds up.
-                let stuck = held != self.possible(asked[q], y[WHEELS_AT + q]) && error * held > 0.0;
-                if !stuck {
-                    rate[INTEGRALS_AT + q] = self.integral * error;
-                }
+                let beyond = (held - self.possible(asked[q], y[WHEELS_AT + q])).abs();
+                let winds_up = if beyond > 0.0 && error * held > 0.0 {
+                    smooth_step(beyond / (FADE * self.motor.torque_limit))
+                } else {
+                    0.0
+                };
+                rate[INTEGRALS_AT + q] = self.integral * error * (1.0 - winds_up);
             }
         }
     }

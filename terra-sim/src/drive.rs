@@ -13,7 +13,7 @@ use crate::ground::{Ground, Ruts};
 use crate::history::History;
 use crate::integrate::Integrator;
 use crate::loads::LoadedVehicle;
-use crate::noise::{Roughness, Stream};
+use crate::noise::{RoughGround, Roughness, Stream};
 use crate::record::{Columns, record};
 use crate::robot::{Robot, SPEED, STATES, Surroundings, WHEELS_AT, Warm};
 use crate::scenario::{DriveSegment, Scenario, SideSlip};
@@ -76,11 +76,14 @@ pub fn simulate_drive_with(
     let mut robot = Robot {
         ground: Ground::new(scenario, &model, &effects)?,
         effects: effects.clone(),
-        force_roughness: roughness("roughness_N", Stream::ForceRoughness),
-        torque_roughness: roughness("roughness_N_m", Stream::TorqueRoughness),
+        rough: RoughGround::new(
+            roughness("roughness_N", Stream::ForceRoughness),
+            roughness("roughness_N_m", Stream::TorqueRoughness),
+        ),
         slides: scenario.world.side_slip == SideSlip::Free,
         ruts: None,
         warm: Warm::COLD,
+        known: None,
     };
     let watched = robot.watched(scenario.world.motor.lag > 0.0);
 
@@ -90,11 +93,14 @@ pub fn simulate_drive_with(
     let mut y = [0.0; STATES];
     let mut time = 0.0;
     let mut pass = 1;
+    let mut step = None;
     for (index, segment) in scenario.segments.iter().enumerate() {
         if index == 0 || segment.reset {
             y = initial(segment);
             pass = 1;
             robot.warm = Warm::COLD;
+            robot.known = None;
+            step = None;
             robot.ruts = scenario.world.ruts.then(|| Ruts::new(rover.wheel.width));
             history.begin(time, &y);
         }
@@ -116,6 +122,7 @@ pub fn simulate_drive_with(
             pass,
         };
         let inertia = car.wheel_inertia + 0.25 * car.mass * car.wheel_radius * car.wheel_radius;
+        robot.known = None;
         let control = Control::new(segment, scenario.world.motor, time, inertia);
 
         let first_row = truth.time.len();
@@ -130,11 +137,17 @@ pub fn simulate_drive_with(
             };
             let now = robot.instant(from, &y, &around, &control)?;
             record(&mut truth, from, &y, &now, &robot, &around.vehicle);
+            if let Some(currents) = control.current(from, &y) {
+                let columns = truth.motor_current.get_or_insert_with(Default::default);
+                for (column, current) in columns.iter_mut().zip(currents) {
+                    column.push(current);
+                }
+            }
             declared.push(segment, pass);
             advance(
                 &mut robot,
                 &integrator,
-                watched,
+                (watched, &mut step),
                 (from, to),
                 &mut y,
                 &around,
@@ -163,7 +176,7 @@ pub fn simulate_drive_with(
 fn advance(
     robot: &mut Robot,
     integrator: &Integrator,
-    watched: usize,
+    (watched, first): (usize, &mut Option<f64>),
     (from, to): (f64, f64),
     y: &mut [f64; STATES],
     around: &Surroundings,
@@ -174,6 +187,7 @@ fn advance(
     let robot = RefCell::new(robot);
     integrator.advance_watching(
         watched,
+        first,
         &mut |t, y: &[f64; STATES]| {
             robot
                 .borrow_mut()
@@ -186,9 +200,13 @@ fn advance(
         &mut |t, y| {
             history.push(t, y);
             let mut robot = robot.borrow_mut();
-            let places = robot.places(y, &around.vehicle);
-            if let Some(ruts) = &mut robot.ruts {
-                ruts.step(places);
+            if robot.ruts.is_some() {
+                let places = robot.places(y, &around.vehicle);
+                if let Some(ruts) = &mut robot.ruts
+                    && ruts.step(places)
+                {
+                    robot.known = None;
+                }
             }
         },
     )

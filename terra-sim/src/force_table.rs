@@ -1,36 +1,32 @@
 //! Wheel forces remembered: a table over slip and load that fills itself where the run goes.
 //!
-//! A drive asks for the forces of nearly the same contact tens of thousands of times, each a root to find. For a model
-//! that looks at slip and load alone, in a contact whose radius, width and hooks stay what they are, they are a smooth
-//! function of two numbers. Nodes are computed by the model when first needed; between them stands the tensor product
-//! of Lagrange polynomials of degree 5 in slip and ln W. Slip below and above 0 never share a polynomial, because
-//! braking and driving meet there with a kink.
+//! A drive asks for the forces of nearly the same contact hundreds of thousands of times, each a root to find. Where
+//! model and effects together look at slip and load alone, in a contact whose radius, width, hooks, pass and side stay
+//! what they are, the forces are a smooth function of two numbers, and a [`Grid`] answers. It is the law itself, effects
+//! included, that is tabulated.
 //!
-//! Effects on the contact are applied first, exactly, and each set of hooks they leave has its own nodes; hooks that
-//! change all the time (slip-sinkage, terrain drift), effects on the forces, and queries whose nodes are not all there
-//! (no equilibrium nearby) go to the law itself. That a model looks at nothing else is checked at the first nodes
-//! against contacts that differ in everything else; one difference and the table is never used.
+//! Each cell is audited before it answers: the polynomial is compared with the law in the middle of the cell, and a cell
+//! that is off by more than [`AUDIT`] is left to the law for good (a kink, a layer that is reached, no equilibrium
+//! nearby). In the same place the law is asked about a contact that differs in everything else; one difference and the
+//! table is never used. A wheel that slides sideways, and a contact that is never twice the same (terrain drift along the
+//! path), go to the law.
 
-use std::collections::HashMap;
 use std::sync::Arc;
 
-use terra_model::{AnyModel, Contact, ForceLaw, Law, ModelError, Touch, WheelForces};
+use terra_model::{AnyModel, Contact, ForceLaw, Law, ModelError, WheelForces};
 
 use crate::effects::ActiveEffects;
 use crate::error::SimError;
+use crate::grid::{Cell, Grid, Node};
 
-/// Spacing of slip \[1\].
-const SLIP_STEP: f64 = 1.0 / 128.0;
-/// Slip nodes on each side of 0.
-const SLIP_NODES: i32 = 128;
-/// Spacing of ln W.
-const LOAD_STEP: f64 = 0.05;
-/// Nodes of a polynomial.
-const POINTS: usize = 6;
-/// Nodes at which the model is checked for other dependences.
-const CHECKED_NODES: usize = 8;
-/// Sets of hooks that get nodes: axles and directions of travel, with room.
-const MAX_SHAPES: usize = 6;
+/// Largest error of a cell in its middle, as a share of |D| + |T|/R and of z.
+const AUDIT: f64 = 1e-7;
+/// Sets of passes, sides and hooks that get a grid.
+const MAX_SHAPES: usize = 16;
+/// How often a contact must come again before it gets one: those that change all the time never do.
+const ADMITTED_AT: u32 = 24;
+/// Contacts that wait for it.
+const WAITING: usize = 8;
 
 /// D, T, F_y, z of one contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,14 +48,15 @@ impl From<WheelForces<f64>> for Forces {
     }
 }
 
-/// Radius, width and hooks of a contact, to the bit.
-type Shape = [u64; 13];
+/// All of a contact but slip, load and motion, to the bit; what differs most often stands first.
+type Shape = [u64; 16];
 
 fn shape(at: &Contact<f64>) -> Shape {
     let h = &at.hooks;
     [
+        at.side,
+        at.earlier_passes,
         at.radius,
-        at.width,
         h.stiffness,
         h.cohesion,
         h.friction,
@@ -71,12 +68,11 @@ fn shape(at: &Contact<f64>) -> Shape {
         h.lug_height,
         h.layer_depth,
         h.layer_stiffness,
+        at.width,
+        at.wheelbase,
     ]
     .map(f64::to_bits)
 }
-
-/// Forces at slip node i, load node j; `None` where the soil carries no such contact.
-type Nodes = HashMap<(i32, i32), Option<[f64; 4]>>;
 
 /// A soil under a model with effects, and what it answered so far.
 pub(crate) struct ForceTable {
@@ -85,8 +81,9 @@ pub(crate) struct ForceTable {
     effects: ActiveEffects,
     soil: Vec<f64>,
     usable: bool,
-    checked: usize,
-    shapes: Vec<(Shape, Nodes)>,
+    grids: Vec<(Shape, Grid)>,
+    waiting: [(Shape, u32); WAITING],
+    next: usize,
     /// The model gives a sinkage.
     has_sinkage: bool,
 }
@@ -103,9 +100,10 @@ impl ForceTable {
             parameters: effects.parameters(&soil),
             effects: effects.clone(),
             soil,
-            usable: !effects.touch(Touch::Forces),
-            checked: 0,
-            shapes: Vec::new(),
+            usable: true,
+            grids: Vec::new(),
+            waiting: [([0; 16], 0); WAITING],
+            next: 0,
             has_sinkage: true,
         })
     }
@@ -118,20 +116,38 @@ impl ForceTable {
     /// Forces of a contact.
     pub(crate) fn forces(&mut self, at: &Contact<f64>) -> Result<Forces, ModelError> {
         if self.usable
-            && let Some(forces) = self.interpolate(&self.seen(at))
+            && let Some(forces) = self.interpolate(at)
         {
             return Ok(forces);
         }
+        self.exact(at)
+    }
+
+    fn exact(&self, at: &Contact<f64>) -> Result<Forces, ModelError> {
         self.law.forces(&self.parameters, at).map(Forces::from)
     }
 
-    /// The model itself on a contact that effects have changed already.
-    fn model(&self, seen: &Contact<f64>) -> Option<Forces> {
-        let model = self.law.model();
-        model
-            .wheel_forces_at(&self.soil, seen)
-            .ok()
-            .map(Forces::from)
+    /// The grid of this contact, where it has one; a contact that keeps coming gets one.
+    fn grid(&mut self, shape: Shape) -> Option<usize> {
+        if let Some(index) = self.grids.iter().position(|(s, _)| *s == shape) {
+            return Some(index);
+        }
+        if self.grids.len() >= MAX_SHAPES {
+            return None;
+        }
+        let Some((_, times)) = self.waiting.iter_mut().find(|(s, _)| *s == shape) else {
+            if let Some(slot) = self.waiting.get_mut(self.next) {
+                *slot = (shape, 1);
+            }
+            self.next = (self.next + 1) % WAITING;
+            return None;
+        };
+        *times += 1;
+        if *times < ADMITTED_AT {
+            return None;
+        }
+        self.grids.push((shape, Grid::default()));
+        Some(self.grids.len() - 1)
     }
 
     fn interpolate(&mut self, at: &Contact<f64>) -> Option<Forces> {
@@ -139,95 +155,83 @@ impl ForceTable {
         if sideways || !(at.slip.abs() <= 1.0 && at.normal_load > 0.0) {
             return None;
         }
-        let shape = shape(at);
-        let index = match self.shapes.iter().position(|(s, _)| *s == shape) {
-            Some(index) => index,
-            None if self.shapes.len() < MAX_SHAPES => {
-                self.shapes.push((shape, Nodes::new()));
-                self.shapes.len() - 1
-            }
-            None => return None,
+        let index = self.grid(shape(at))?;
+        let cell = Cell::of(at.slip, at.normal_load);
+        let known = self.grids.get(index)?.1.trusted(&cell);
+        let trusted = match known {
+            Some(trusted) => trusted,
+            None => self.audit(index, &cell, at)?,
         };
-        // Slip counted from 0 on its own side, so that the stencil never crosses it.
-        let side = if at.slip < 0.0 { -1 } else { 1 };
-        let x = at.slip.abs() / SLIP_STEP;
-        let y = at.normal_load.ln() / LOAD_STEP;
-        let reach = POINTS as i32 / 2 - 1;
-        let first_x = (x.floor() as i32 - reach).clamp(0, SLIP_NODES + 1 - POINTS as i32);
-        let first_y = y.floor() as i32 - reach;
-        let (wx, wy) = (
-            lagrange(x - f64::from(first_x)),
-            lagrange(y - f64::from(first_y)),
-        );
-        let mut sum = [0.0; 4];
-        for (i, wx) in (first_x..).zip(wx) {
-            for (j, wy) in (first_y..).zip(wy) {
-                let node = self.node(index, side * i, j, at)?;
-                for (s, value) in sum.iter_mut().zip(node) {
-                    *s += wx * wy * value;
-                }
-            }
+        if !trusted {
+            return None;
         }
-        let [drawbar_pull, resistive_torque, lateral_force, sinkage] = sum;
-        let sinkage = self.has_sinkage.then_some(sinkage);
+        let [drawbar_pull, resistive_torque, lateral_force, sinkage] =
+            self.grids.get(index)?.1.value(&cell)?;
         Some(Forces {
             drawbar_pull,
             resistive_torque,
             lateral_force,
-            sinkage,
+            sinkage: self.has_sinkage.then_some(sinkage),
         })
     }
 
-    fn node(&mut self, index: usize, i: i32, j: i32, at: &Contact<f64>) -> Option<[f64; 4]> {
-        if let Some(known) = self.shapes.get(index)?.1.get(&(i, j)) {
-            return *known;
+    /// Fills the nodes of a cell and decides whether it may answer; none where the table is of no use at all.
+    fn audit(&mut self, index: usize, cell: &Cell, at: &Contact<f64>) -> Option<bool> {
+        let contact = |slip: f64, load: f64| {
+            let mut contact = *at;
+            contact.slip = slip;
+            contact.normal_load = load;
+            contact
+        };
+        let (_, mut grid) = self.grids.get_mut(index).map(std::mem::take)?;
+        grid.fill(cell, |slip, load| self.node(&contact(slip, load)));
+        let (slip, load) = cell.middle();
+        let middle = contact(slip, load);
+        let exact = self.node(&middle);
+        let trusted = exact
+            .zip(grid.value(&Cell::of(slip, load)))
+            .is_some_and(|(exact, near)| agrees(&exact, &near, at.radius));
+        grid.trust(cell, trusted);
+        let alone = exact == self.node(&otherwise(&middle));
+        if let Some(slot) = self.grids.get_mut(index) {
+            *slot = (shape(at), grid);
         }
-        let mut contact = *at;
-        contact.slip = f64::from(i) * SLIP_STEP;
-        contact.normal_load = (f64::from(j) * LOAD_STEP).exp();
-        let value = self.model(&contact);
-        if self.checked < CHECKED_NODES {
-            self.checked += 1;
-            if !self.looks_at_slip_and_load_alone(&contact, value) {
-                self.usable = false;
-                return None;
-            }
-        }
-        self.has_sinkage &= value.is_none_or(|f| f.sinkage.is_some());
-        let node = value.map(|f| {
-            [
-                f.drawbar_pull,
-                f.resistive_torque,
-                f.lateral_force,
-                f.sinkage.unwrap_or(0.0),
-            ]
-        });
-        self.shapes.get_mut(index)?.1.insert((i, j), node);
-        node
+        self.usable &= alone;
+        alone.then_some(trusted)
     }
 
-    fn looks_at_slip_and_load_alone(&self, contact: &Contact<f64>, value: Option<Forces>) -> bool {
-        let mut other = *contact;
-        other.speed = -3.7 * contact.speed + 0.81;
-        other.wheel_speed = -2.9 * contact.wheel_speed + 1.3;
-        other.slip_angle = contact.slip_angle + 0.2;
-        other.yaw_rate = contact.yaw_rate + 0.37;
-        other.path = contact.path + 11.3;
-        other.time = contact.time + 17.9;
-        other.earlier_passes = contact.earlier_passes + 2.0;
-        other.side = -contact.side;
-        self.model(&other) == value
+    /// What the law says, as a node; none where the soil carries no such contact.
+    fn node(&mut self, at: &Contact<f64>) -> Option<Node> {
+        let f = self.exact(at).ok()?;
+        self.has_sinkage &= f.sinkage.is_some();
+        Some([
+            f.drawbar_pull,
+            f.resistive_torque,
+            f.lateral_force,
+            f.sinkage.unwrap_or(0.0),
+        ])
     }
 }
 
-/// Weights of nodes 0, 1, ..., POINTS - 1 at x.
-fn lagrange(x: f64) -> [f64; POINTS] {
-    std::array::from_fn(|i| {
-        (0..POINTS)
-            .filter(|j| *j != i)
-            .map(|j| (x - j as f64) / (i as f64 - j as f64))
-            .product()
-    })
+fn agrees(exact: &Node, near: &Node, radius: f64) -> bool {
+    let [pull, torque, side, sinkage] = *exact;
+    let scale = pull.abs() + torque.abs() / radius;
+    let [d_pull, d_torque, d_side, d_sinkage]: Node =
+        std::array::from_fn(|k| (near[k] - exact[k]).abs());
+    d_pull.max(d_torque / radius).max(d_side) <= AUDIT * (scale + side.abs())
+        && d_sinkage <= AUDIT * sinkage.abs()
+}
+
+/// The same slip and load in another motion.
+fn otherwise(contact: &Contact<f64>) -> Contact<f64> {
+    let mut other = *contact;
+    other.speed = -3.7 * contact.speed + 0.81;
+    other.wheel_speed = -2.9 * contact.wheel_speed + 1.3;
+    other.slip_angle = contact.slip_angle + 0.2;
+    other.yaw_rate = contact.yaw_rate + 0.37;
+    other.path = contact.path + 11.3;
+    other.time = contact.time + 17.9;
+    other
 }
 
 #[cfg(test)]
@@ -249,9 +253,21 @@ mod tests {
         ForceTable::new(&model, &active, p).unwrap()
     }
 
+    /// Both passes of [`compare`] come often enough to get a grid.
+    fn admit(table: &mut ForceTable, loads: &[f64]) {
+        for pass in [0.0, 1.0] {
+            for _ in 0..ADMITTED_AT {
+                let mut at = Contact::new(0.1, loads[0], 0.254, 0.15);
+                at.earlier_passes = pass;
+                table.forces(&at).unwrap();
+            }
+        }
+    }
+
     /// Largest difference between table and law off the nodes, and the share of queries the table answered.
     fn compare(table: &mut ForceTable, loads: &[f64]) -> (f64, f64) {
         let (mut worst, mut answered, mut asked): (f64, f64, f64) = (0.0, 0.0, 0.0);
+        admit(table, loads);
         for &load in loads {
             for k in 0..60 {
                 let mut at = Contact::new(0.0021 + f64::from(k) / 61.0, load, 0.254, 0.15);
@@ -260,7 +276,7 @@ mod tests {
                     continue;
                 };
                 asked += 1.0;
-                let Some(near) = table.interpolate(&table.seen(&at)) else {
+                let Some(near) = table.interpolate(&at) else {
                     continue;
                 };
                 answered += 1.0;
@@ -297,23 +313,47 @@ mod tests {
         assert!(worst < 1e-7 && share == 1.0, "{worst:e}, {share}");
     }
 
-    /// Hooks that change with slip run out of room and go to the law, whose answer is exact.
+    /// Effects that look at slip and load alone are part of the law that is tabulated, whether they change the contact
+    /// with slip or the forces behind it.
     #[test]
-    fn changing_hooks_and_force_effects_are_never_interpolated() {
-        let mut digging = table("dry_sand", &[("slip-sinkage", 0.3)]);
-        let mut plough = table("dry_sand", &[("bulldozing", 1.0)]);
-        for k in 0..40 {
-            let at = Contact::new(0.02 * f64::from(k), 245.25, 0.254, 0.15);
-            for table in [&mut digging, &mut plough] {
-                let exact = Forces::from(table.law.forces(&table.parameters, &at).unwrap());
-                let found = table.forces(&at).unwrap();
-                assert!((found.drawbar_pull - exact.drawbar_pull).abs() < 1e-5);
-                if k as usize > MAX_SHAPES {
-                    assert_eq!(found, exact);
-                }
-            }
+    fn agrees_under_effects_of_slip_and_on_forces() {
+        for effect in [
+            ("slip-sinkage", 0.3),
+            ("bulldozing", 1.0),
+            ("shear-hump", 0.4),
+        ] {
+            let mut table = table("dry_sand", &[effect]);
+            let (worst, share) = compare(&mut table, &[187.0, 245.25, 310.0]);
+            assert!(
+                worst < 1e-7 && share > 0.9,
+                "{effect:?}: {worst:e}, {share}"
+            );
         }
-        assert!(plough.shapes.is_empty());
+    }
+
+    /// A soil that stiffens along the path, or with speed, is never tabulated: each answer is the law's own.
+    #[test]
+    fn changing_contacts_go_to_the_law() {
+        for effect in [("terrain-drift", 0.4), ("rate-stiffening", 0.3)] {
+            let mut table = table("dry_sand", &[effect]);
+            for k in 0..400 {
+                let mut at = Contact::new(0.2, 245.25, 0.254, 0.15);
+                at.path = 0.01 * f64::from(k);
+                at.speed = 0.3 + 0.002 * f64::from(k);
+                let exact = table.exact(&at).unwrap();
+                assert_eq!(table.forces(&at).unwrap(), exact, "{effect:?}");
+            }
+            assert!(!table.usable, "{effect:?}");
+        }
+    }
+
+    /// A layer that is reached at one load is a kink, and cells across it answer nothing.
+    #[test]
+    fn cells_across_a_kink_are_left_to_the_law() {
+        let mut table = table("dry_sand", &[("layered-soil", 2.0)]);
+        let loads: Vec<f64> = (0..60).map(|k| 120.0 * 1.03f64.powi(k)).collect();
+        let (worst, _) = compare(&mut table, &loads);
+        assert!(worst < 1e-6, "{worst:e}");
     }
 
     /// Pull that grows with travel speed.
@@ -343,7 +383,8 @@ mod tests {
         let model = registry.model("fast").unwrap();
         let none = ActiveEffects::new(&[], &model, &registry, LogKind::Drive).unwrap();
         let mut table = ForceTable::new(&model, &none, Vec::new()).unwrap();
-        for speed in [0.5, 2.0] {
+        for k in 0..100 {
+            let speed = 0.5 + 0.01 * f64::from(k);
             let mut at = Contact::new(0.3, 245.25, 0.254, 0.15);
             at.speed = speed;
             assert_eq!(table.forces(&at).unwrap().drawbar_pull, speed * 0.3);

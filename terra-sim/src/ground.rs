@@ -180,8 +180,9 @@ impl Ruts {
         self.passes.get(&self.key(place)).copied().unwrap_or(0)
     }
 
-    /// The wheels stand there now.
-    pub(crate) fn step(&mut self, places: [(f64, f64); 4]) {
+    /// The wheels stand there now; true when a rut was left behind.
+    pub(crate) fn step(&mut self, places: [(f64, f64); 4]) -> bool {
+        let mut changed = false;
         for (wheel, place) in places.into_iter().enumerate() {
             let key = self.key(place);
             if let Some(slot) = self.under.get_mut(wheel)
@@ -189,7 +190,9 @@ impl Ruts {
                 && let Some(left) = slot.replace(key)
             {
                 *self.passes.entry(left).or_insert(0) += 1;
+                changed = true;
             }
         }
+        changed
     }
 }

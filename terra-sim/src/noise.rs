@@ -163,6 +163,37 @@ impl Roughness {
     }
 }
 
+/// Forces and torques of rough ground on the four wheels, summed once an instant.
+#[derive(Clone, Debug)]
+pub(crate) struct RoughGround {
+    force: [Roughness; 4],
+    torque: [Roughness; 4],
+    last: Option<(f64, [f64; 4], [f64; 4])>,
+}
+
+impl RoughGround {
+    pub(crate) fn new(force: [Roughness; 4], torque: [Roughness; 4]) -> Self {
+        RoughGround {
+            force,
+            torque,
+            last: None,
+        }
+    }
+
+    /// Forces \[N\] and torques \[N m\] at a time.
+    pub(crate) fn at(&mut self, time: f64) -> ([f64; 4], [f64; 4]) {
+        match self.last {
+            Some((t, force, torque)) if t == time => (force, torque),
+            _ => {
+                let force = self.force.each_ref().map(|r| r.at(time));
+                let torque = self.torque.each_ref().map(|r| r.at(time));
+                self.last = Some((time, force, torque));
+                (force, torque)
+            }
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,4 +1,4 @@
-//! A single-wheel testbed: steady trials on the grid slip x load x repeat.
+//! A single-wheel testbed: steady trials on the grid slip x load x repeat, and ramps of slip.
 //!
 //! The grid is what the rig really does; slip and load in the log are what its sensors make of it. `roughness_N` and
 //! `roughness_N_m` of `[noise]` scatter the steady pull and torque from row to row. At slip 1 the wheel spins in
@@ -14,8 +14,9 @@ use crate::error::SimError;
 use crate::force_table::Forces;
 use crate::noise::{Stream, White};
 use crate::off_library::WheelView;
+use crate::programme::{Point, contact, points};
 use crate::robot::GRAVITY;
-use crate::scenario::{Scenario, Trial};
+use crate::scenario::Scenario;
 use crate::sensors::sd_of;
 use crate::soil;
 use crate::truth::RigTruth;
@@ -174,73 +175,73 @@ pub fn simulate_rig(
     let mut number = 0;
     for trial in &scenario.trials {
         let wheel = rover.wheel_of(&trial.condition);
-        for &slip in &trial.slip {
-            for &load in &trial.normal_load {
-                number += 1;
-                let wanted = contact(trial, &wheel, slip, load)?;
-                let speeds =
-                    (slip < 1.0).then_some((wanted.speed, wheel.radius * wanted.wheel_speed));
-                let mut known: Option<(f64, Steady)> = None;
-                for _ in 0..trial.repeats {
-                    // A load held exactly needs the model once.
-                    let held = load * (1.0 + hold.draw()).max(0.1);
-                    let steady = match known {
-                        Some((at, steady)) if at == held => steady,
-                        _ => {
-                            let mut at = wanted;
-                            at.normal_load = held;
-                            steady_state(&effects, &law, &parameters, &soil, &wheel, &at).map_err(
-                                |source| SimError::Trial {
-                                    trial: number,
-                                    slip,
-                                    load: held,
-                                    source,
-                                },
-                            )?
-                        }
-                    };
-                    known = Some((held, steady));
-                    let Steady { forces, seen, loss } = steady;
-                    let at = wanted;
-                    let pull = forces.drawbar_pull + sensors.force_roughness.draw();
-                    let resistive = forces.resistive_torque + sensors.torque_roughness.draw();
-                    let torque = resistive + loss;
-                    truth.slip.push(seen.slip);
-                    truth.normal_load.push(seen.normal_load);
-                    truth.drawbar_pull.push(pull);
-                    truth.torque.push(torque);
-                    truth.resistive_torque.push(resistive);
-                    truth.travel_speed.push(at.speed);
-                    if let Some(z) = &mut truth.sinkage {
-                        z.push(forces.sinkage.unwrap_or(f64::NAN));
+        for point in points(trial) {
+            let Point { slip, load, .. } = point;
+            number += usize::from(point.begins);
+            let mut wanted = contact(trial, &wheel, slip, load)?;
+            wanted.time = point.time.unwrap_or(0.0);
+            wanted.path = trial.travel_speed * wanted.time;
+            let speeds = (slip < 1.0).then_some((wanted.speed, wheel.radius * wanted.wheel_speed));
+            let mut known: Option<(f64, Steady)> = None;
+            for _ in 0..point.repeats {
+                // A load held exactly needs the model once.
+                let held = load * (1.0 + hold.draw()).max(0.1);
+                let steady = match known {
+                    Some((at, steady)) if at == held => steady,
+                    _ => {
+                        let mut at = wanted;
+                        at.normal_load = held;
+                        steady_state(&effects, &law, &parameters, &soil, &wheel, &at).map_err(
+                            |source| SimError::Trial {
+                                trial: number,
+                                slip,
+                                load: held,
+                                source,
+                            },
+                        )?
                     }
-                    let report = |channel: Channel, value: f64, white: &mut Option<White>| {
-                        white
-                            .as_mut()
-                            .map(|w| measured(effects.report(channel, value) + w.draw()))
-                    };
-                    let (slip_read, speeds_read) = sensors.slip(slip, speeds);
-                    let load_read = effects.report(Channel::NormalLoad, held) + sensors.load.draw();
-                    log.rows.push(RigRow {
-                        // Row of the file the log becomes, below its header.
-                        line: log.rows.len() as u64 + 2,
-                        trial: format!("trial_{number:03}"),
-                        condition: trial.condition.clone(),
-                        pass: trial.pass,
-                        time: None,
-                        slip: measured(slip_read),
-                        normal_load: measured(load_read),
-                        drawbar_pull: report(Channel::DrawbarPull, pull, &mut sensors.pull),
-                        torque: report(Channel::WheelTorque, torque, &mut sensors.torque),
-                        sinkage: forces
-                            .sinkage
-                            .and_then(|z| report(Channel::Sinkage, z, &mut sensors.sinkage)),
-                        side_force: None,
-                        slip_angle: None,
-                        travel_speed: Some(speeds_read.map_or(0.0, |(v, _)| v)),
-                        wheel_speed: speeds_read.map(|(_, u)| u / wheel.radius),
-                    });
+                };
+                known = Some((held, steady));
+                let Steady { forces, seen, loss } = steady;
+                let at = wanted;
+                let pull = forces.drawbar_pull + sensors.force_roughness.draw();
+                let resistive = forces.resistive_torque + sensors.torque_roughness.draw();
+                let torque = resistive + loss;
+                truth.slip.push(seen.slip);
+                truth.normal_load.push(seen.normal_load);
+                truth.drawbar_pull.push(pull);
+                truth.torque.push(torque);
+                truth.resistive_torque.push(resistive);
+                truth.travel_speed.push(at.speed);
+                if let Some(z) = &mut truth.sinkage {
+                    z.push(forces.sinkage.unwrap_or(f64::NAN));
                 }
+                let report = |channel: Channel, value: f64, white: &mut Option<White>| {
+                    white
+                        .as_mut()
+                        .map(|w| measured(effects.report(channel, value) + w.draw()))
+                };
+                let (slip_read, speeds_read) = sensors.slip(slip, speeds);
+                let load_read = effects.report(Channel::NormalLoad, held) + sensors.load.draw();
+                log.rows.push(RigRow {
+                    // Row of the file the log becomes, below its header.
+                    line: log.rows.len() as u64 + 2,
+                    trial: format!("trial_{number:03}"),
+                    condition: trial.condition.clone(),
+                    pass: trial.pass,
+                    time: point.time,
+                    slip: measured(slip_read),
+                    normal_load: measured(load_read),
+                    drawbar_pull: report(Channel::DrawbarPull, pull, &mut sensors.pull),
+                    torque: report(Channel::WheelTorque, torque, &mut sensors.torque),
+                    sinkage: forces
+                        .sinkage
+                        .and_then(|z| report(Channel::Sinkage, z, &mut sensors.sinkage)),
+                    side_force: None,
+                    slip_angle: None,
+                    travel_speed: Some(speeds_read.map_or(0.0, |(v, _)| v)),
+                    wheel_speed: speeds_read.map(|(_, u)| u / wheel.radius),
+                });
             }
         }
     }
@@ -304,34 +305,6 @@ fn measured(value: f64) -> Measured {
     Measured { value, sd: None }
 }
 
-/// The contact of a trial. Driving R ω = v/(1 - s), braking R ω = v (1 + s).
-fn contact(
-    trial: &Trial,
-    wheel: &WheelData,
-    slip: f64,
-    load: f64,
-) -> Result<Contact<f64>, SimError> {
-    if !(-1.0..=1.0).contains(&slip) {
-        return Err(SimError::Model(ModelError::Contact {
-            quantity: "slip",
-            value: slip,
-            expected: "a library slip in [-1, 1]",
-        }));
-    }
-    let mut at = Contact::new(slip, load, wheel.radius, wheel.width);
-    if slip < 1.0 {
-        let v = trial.travel_speed;
-        at.speed = v;
-        at.wheel_speed = if slip < 0.0 {
-            v * (1.0 + slip)
-        } else {
-            v / (1.0 - slip)
-        } / wheel.radius;
-    }
-    at.earlier_passes = f64::from(trial.pass.max(1) - 1);
-    Ok(at)
-}
-
 /// Torque beside the soil's that the motor delivers: bearing damping and what effects add \[N m\].
 fn losses(effects: &ActiveEffects, wheel: &WheelData, at: &Contact<f64>, resistive: f64) -> f64 {
     let damping = wheel.damping * at.wheel_speed;
@@ -356,8 +329,8 @@ fn losses(effects: &ActiveEffects, wheel: &WheelData, at: &Contact<f64>, resisti
         yaw_rate: 0.0,
         wheel_speed: [at.wheel_speed; 4],
         wheel_torque: [resistive + damping; 4],
-        path: 0.0,
-        time: 0.0,
+        path: at.path,
+        time: at.time,
     };
     damping + effects.loads(&carriage, &motion).wheel_torque[0]
 }

@@ -27,7 +27,7 @@ use crate::effects::{ActiveEffects, MEMORIES};
 use crate::error::SimError;
 use crate::ground::{Ground, Ruts};
 use crate::loads::LoadedVehicle;
-use crate::noise::Roughness;
+use crate::noise::RoughGround;
 use crate::off_library::WheelView;
 use crate::wheel::{WheelMotion, WheelState, smooth_sign};
 
@@ -112,13 +112,14 @@ impl Warm {
 pub(crate) struct Robot {
     pub(crate) ground: Ground,
     pub(crate) effects: ActiveEffects,
-    pub(crate) force_roughness: [Roughness; 4],
-    pub(crate) torque_roughness: [Roughness; 4],
+    pub(crate) rough: RoughGround,
     /// The soil alone holds the vehicle sideways.
     pub(crate) slides: bool,
     /// Ruts, where they are remembered.
     pub(crate) ruts: Option<Ruts>,
     pub(crate) warm: Warm,
+    /// The instant solved last, with its time and state: the end of a step is the beginning of the next.
+    pub(crate) known: Option<(f64, [f64; STATES], Instant)>,
 }
 
 /// Agreement of acceleration and loads \[m/s²\], relative above 1 m/s².
@@ -193,6 +194,12 @@ impl Robot {
         around: &Surroundings,
         control: &Control,
     ) -> Result<Instant, SimError> {
+        if let Some((t, state, instant)) = &self.known
+            && *t == time
+            && state == y
+        {
+            return Ok(*instant);
+        }
         let motor = control.torque(time, y);
         let coupled = around.vehicle.car.cg_height != 0.0 || self.effects.any_loads();
         let Warm {
@@ -238,6 +245,7 @@ impl Robot {
                 };
                 let mut instant = instant;
                 control.rates(time, y, &mut instant.rate);
+                self.known = Some((time, *y, instant));
                 return Ok(instant);
             }
             if let Some((a_last, residual_last)) = last
@@ -277,6 +285,7 @@ impl Robot {
         let places = self.ruts.is_some().then(|| self.places(y, vehicle));
         let mut rate = [0.0; STATES];
         let mut lost = [0.0; 4];
+        let (shake, twist) = self.rough.at(time);
 
         let mut wheels = [WheelState::default(); 4];
         for (q, state) in wheels.iter_mut().enumerate() {
@@ -327,8 +336,8 @@ impl Robot {
             // Rough ground shakes a wheel that moves, not one that stands.
             let moving = (car.wheel_radius * speeds[q]).abs().max(v.abs()) / STANDSTILL_SPEED;
             let share = smooth_sign(moving);
-            state.drawbar_pull += share * self.force_roughness[q].at(time);
-            state.resistive_torque += share * self.torque_roughness[q].at(time);
+            state.drawbar_pull += share * shake[q];
+            state.resistive_torque += share * twist[q];
         }
 
         let dv = ahead - GRAVITY * car.pitch.sin();

@@ -22,6 +22,8 @@ pub struct DriveTruth {
     pub wheel_speed: [Vec<f64>; 4],
     /// Torque the motors deliver at the wheels \[N m\].
     pub wheel_torque: [Vec<f64>; 4],
+    /// Currents of the motors \[A\]; none without a torque constant.
+    pub motor_current: Option<[Vec<f64>; 4]>,
     /// v \[m/s\].
     pub ground_speed: Vec<f64>,
     /// v_y at the centre of mass, left positive \[m/s\]; 0 on a vehicle that is held.
@@ -115,6 +117,9 @@ impl DriveTruth {
         four(&mut columns, "normal_load", "_N", &self.normal_load);
         four(&mut columns, "lateral_force", "_N", &self.lateral_force);
         four(&mut columns, "slip_angle", "_rad", &self.slip_angle);
+        if let Some(current) = &self.motor_current {
+            four(&mut columns, "motor_current", "_A", current);
+        }
         columns
     }
 }

@@ -182,6 +182,7 @@ fn any_model_in_the_simulator() {
             travel_speed: 0.05,
             condition: String::new(),
             pass: 1,
+            ramp: None,
         };
         let soil = terra::model::catalogue::find("dry_sand").unwrap();
         let start = match soil.parameters(&**model) {

@@ -213,6 +213,7 @@ fn trials(model: &str, soil: &Start, magnitude: f64) -> Scenario {
             travel_speed: 0.05,
             condition: String::new(),
             pass: 1,
+            ramp: None,
         }],
         effects: vec![EffectSetting::new("clogging", magnitude)],
         world: Default::default(),

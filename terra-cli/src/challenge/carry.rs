@@ -6,7 +6,6 @@ use terra_sim::{EffectSetting, Scenario};
 
 use super::design::{AnyLog, Design, simulate};
 use super::library::{Known, Library, Size};
-use crate::error::CliError;
 
 /// A measured value of a row of a rig log.
 type ReadRow = fn(&RigRow) -> Option<f64>;
@@ -16,19 +15,18 @@ const VISIBLE: f64 = 9.0;
 
 /// Effects of a list that the design can carry, in the list's order.
 ///
-/// An effect is tried without noise at its prior standard deviation, or in the middle of its range where the truth
+/// `without` is the log of the quiet design. An effect is tried without noise at its prior standard deviation, or in the middle of its range where the truth
 /// simulation lists one, and at .3 of that where the vehicle does not get through. What the design's model or kind of
 /// log has no place for cannot be simulated, what differs only by a number that the soil's stiffness is, or what the design excludes by its own words,
 /// is not carried either.
 pub(crate) fn carried(
     design: &Design,
     library: &Library,
+    without: &AnyLog,
     list: &[Known],
-) -> Result<Vec<Known>, CliError> {
-    let mut quiet = design.scenario.clone();
-    quiet.noise_scale = 0.0;
+) -> Vec<Known> {
+    let quiet = quiet(&design.scenario);
     let registry = library.registry();
-    let without = simulate(&quiet, &design.rover, registry)?;
     let kept: Vec<bool> = list
         .par_iter()
         .map(|known| {
@@ -51,16 +49,23 @@ pub(crate) fn carried(
                     form: Some(known.form.clone()),
                 });
                 simulate(&scenario, &design.rover, registry)
-                    .is_ok_and(|with| change(&without, &with, &design.rover) > VISIBLE)
+                    .is_ok_and(|with| change(without, &with, &design.rover) > VISIBLE)
             })
         })
         .collect();
-    Ok(list
-        .iter()
+    list.iter()
         .zip(kept)
         .filter(|(_, kept)| *kept)
         .map(|(known, _)| known.clone())
-        .collect())
+        .collect()
+}
+
+/// A scenario without noise.
+pub(crate) fn quiet(scenario: &Scenario) -> Scenario {
+    Scenario {
+        noise_scale: 0.0,
+        ..scenario.clone()
+    }
 }
 
 fn excluded(design: &Design, known: &Known) -> bool {

@@ -6,7 +6,8 @@ use terra_data::{
     DriveLog, RigLog, Rover, parse_rover, read_rover, write_drive_log_to, write_rig_log_to,
 };
 use terra_model::Registry;
-use terra_sim::{Scenario, simulate_drive, simulate_rig};
+use terra_sim::integrate::DormandPrince;
+use terra_sim::{Integrator, Scenario, simulate_drive_with, simulate_rig};
 
 use super::key::SealedDesign;
 use crate::error::CliError;
@@ -49,6 +50,13 @@ impl AnyLog {
     }
 }
 
+/// How cases are integrated: errors of a step a hundred thousand times below the instruments' noise.
+const TRUTH: Integrator = Integrator::DormandPrince(DormandPrince {
+    relative: 1e-7,
+    absolute: 1e-8,
+    max_step: 0.01,
+});
+
 /// Simulates a scenario of either kind.
 pub(crate) fn simulate(
     scenario: &Scenario,
@@ -56,7 +64,9 @@ pub(crate) fn simulate(
     registry: &Registry,
 ) -> Result<AnyLog, CliError> {
     Ok(if scenario.trials.is_empty() {
-        AnyLog::Drive(Box::new(simulate_drive(scenario, rover, registry)?.log))
+        AnyLog::Drive(Box::new(
+            simulate_drive_with(scenario, rover, registry, TRUTH)?.log,
+        ))
     } else {
         AnyLog::Rig(simulate_rig(scenario, rover, registry)?.log)
     })

@@ -20,8 +20,24 @@ pub struct KeyFile {
     /// What every case was made from; a key without it cannot be simulated again.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub design: Option<SealedDesign>,
+    /// Which draws were kept.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub draws: Option<Gate>,
     /// One entry a case.
     pub cases: Vec<KeyCase>,
+}
+
+/// What a draw must show to become a case, whatever its kind.
+#[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
+pub struct Gate {
+    /// Windows that must move, without effects and in the log itself.
+    pub moving_windows: usize,
+    /// Length of a window \[s\].
+    pub window_s: f64,
+    /// Speed of vehicle and rims above which a window moves \[m/s\].
+    pub speed_m_s: f64,
+    /// Draws that moved too little or did not get through, of all cases.
+    pub rejected: usize,
 }
 
 /// Design and nominal simulator, as text.
@@ -55,6 +71,9 @@ pub struct CaseKey {
     pub effects: Vec<SealedEffect>,
     /// Seed of the noise.
     pub seed: u64,
+    /// Draws before this one that moved too little or did not get through.
+    #[serde(default)]
+    pub rejected: usize,
     /// True soil of the left and the right wheels by parameter name; a rig uses `left`.
     #[serde(default)]
     pub soil: BTreeMap<String, BTreeMap<String, f64>>,
@@ -234,6 +253,7 @@ mod tests {
             kind: "pair".into(),
             effects: vec![effect("torque-bias"), effect("slope")],
             seed: 1,
+            rejected: 0,
             soil: BTreeMap::new(),
             terrain: json!("dry_sand"),
         };

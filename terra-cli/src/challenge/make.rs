@@ -7,11 +7,12 @@ use serde_json::{Value, json};
 use terra_data::Start;
 use terra_sim::{EffectSetting, Scenario};
 
-use super::carry::carried;
-use super::design::{Design, simulate};
+use super::carry::{carried, quiet};
+use super::design::{AnyLog, Design, simulate};
 use super::draw::{Carried, Draft, Soils, drafts, magnitude, possible};
-use super::key::{CaseKey, KeyCase, KeyFile, SCHEMA, SealedEffect, digest};
-use super::library::Library;
+use super::key::{CaseKey, Gate, KeyCase, KeyFile, SCHEMA, SealedEffect, digest};
+use super::library::{Known, Library};
+use super::moving::{self, moves, needed};
 use super::random::Draws;
 use super::shares::{Kind, Shares};
 use crate::error::CliError;
@@ -61,11 +62,22 @@ pub fn make(
     keep: &mut dyn FnMut(&MadeCase) -> Result<(), CliError>,
 ) -> Result<Challenge, CliError> {
     let known = library.known();
-    let can = Carried {
-        known: carried(design, library, &known)?,
-        off_library: carried(design, library, library.off_library())?,
-        form_variants: carried(design, library, library.form_variants())?,
+    let without = simulate(&quiet(&design.scenario), &design.rover, library.registry())?;
+    // Only what may be drawn is tried.
+    let tried = |kinds: &[Kind], list: &[Known]| {
+        if kinds.iter().any(|k| shares.holds(*k)) {
+            carried(design, library, &without, list)
+        } else {
+            vec![]
+        }
     };
+    let named = [Kind::Single, Kind::Pair];
+    let can = Carried {
+        known: tried(&named, &known),
+        off_library: tried(&[Kind::OffLibrary], library.off_library()),
+        form_variants: tried(&[Kind::FormVariant], library.form_variants()),
+    };
+    let draws_known = named.iter().any(|k| shares.holds(*k));
     let shares = possible(shares, &can)?;
     let all = drafts(n, seed, &shares, &can);
     let soils = Soils::new(
@@ -78,8 +90,9 @@ pub fn make(
     let digits = n.to_string().len().max(3);
     let mut cases = Vec::with_capacity(n);
     let mut commitment = String::new();
+    let mut rejected = 0;
     for (batch, drafts) in all.chunks(BATCH).enumerate() {
-        let made: Vec<Result<MadeCase, CliError>> = drafts
+        let made: Vec<Result<(MadeCase, usize), CliError>> = drafts
             .par_iter()
             .enumerate()
             .map(|(k, draft)| {
@@ -92,7 +105,8 @@ pub fn make(
             })
             .collect();
         for case in made {
-            let case = case?;
+            let (case, before) = case?;
+            rejected += before;
             keep(&case)?;
             commitment.push_str(&format!("{} {}\n", case.name, digest(&case.key)));
             cases.push(case.key);
@@ -104,13 +118,19 @@ pub fn make(
         .collect();
     let not_carried = known
         .into_iter()
-        .filter(|k| !can.known.contains(k))
+        .filter(|k| draws_known && !can.known.contains(k))
         .map(|k| k.name)
         .collect();
     Ok(Challenge {
         key: KeyFile {
             schema: SCHEMA.to_owned(),
             design: Some(design.sealed.clone()),
+            draws: (needed(design) > 0).then_some(Gate {
+                moving_windows: needed(design),
+                window_s: moving::WINDOW,
+                speed_m_s: moving::SPEED,
+                rejected,
+            }),
             cases,
         },
         rover: design.sealed.rover.clone(),
@@ -127,10 +147,22 @@ fn one(
     library: &Library,
     soils: &Soils,
     mut draws: Draws,
-) -> Result<MadeCase, CliError> {
+) -> Result<(MadeCase, usize), CliError> {
     let nonce = draws.nonce();
     let mut last = None;
-    for _ in 0..ATTEMPTS {
+    let (radius, windows) = (design.rover.wheel.radius, needed(design));
+    let through = |scenario: &Scenario| -> Result<AnyLog, CliError> {
+        let log = simulate(scenario, &design.rover, library.registry())?;
+        if moves(&log, radius, windows) {
+            Ok(log)
+        } else {
+            Err(CliError::data(
+                format!("fewer than {windows} windows of {} s move", moving::WINDOW),
+                "stronger manoeuvres",
+            ))
+        }
+    };
+    for rejected in 0..ATTEMPTS {
         let mut scenario = design.scenario.clone();
         scenario.seed = draws.seed();
         let [left, right] = soils.draw(&mut draws);
@@ -147,12 +179,16 @@ fn one(
         }
         scenario.left = Start::Values(left.clone());
         scenario.right = Start::Values(right.clone());
-        match simulate(&scenario, &design.rover, library.registry()) {
+        // The soil must let the vehicle move by itself, whatever the case holds.
+        let mut bare = quiet(&scenario);
+        bare.effects.clear();
+        match through(&bare).and_then(|_| through(&scenario)) {
             Ok(log) => {
                 let key = CaseKey {
                     kind: draft.kind.name().to_owned(),
                     effects: scenario.effects.iter().map(sealed).collect(),
                     seed: scenario.seed,
+                    rejected,
                     soil: BTreeMap::from([("left".to_owned(), left), ("right".to_owned(), right)]),
                     terrain: around(&design.scenario.left),
                 };
@@ -161,11 +197,12 @@ fn one(
                     nonce,
                     key: json!(key),
                 };
-                return Ok(MadeCase {
+                let made = MadeCase {
                     log: log.bytes()?,
                     name,
                     key,
-                });
+                };
+                return Ok((made, rejected));
             }
             // The design itself is known to work: this soil does not carry the vehicle, or is none for this model.
             Err(e) => last = Some(e),
@@ -349,6 +386,29 @@ mod tests {
         assert_eq!(challenge.counts[4].1, 3);
         let e = made(&bare, "off-library=1", 2).unwrap_err();
         assert_eq!(e.exit_code(), 2);
+    }
+
+    /// Every case moves, with its effects and without, whatever its kind; the key counts what was drawn in vain.
+    #[test]
+    fn kept_draws_move() {
+        let library = Library::new(Registry::builtin());
+        let design = Design::named("ramp").unwrap();
+        let shares = Shares::parse("none=1,single=1").unwrap();
+        let challenge = make(&design, &library, shares, 10, 3, &|| (), &mut |_| Ok(())).unwrap();
+        let gate = challenge.key.draws.unwrap();
+        assert_eq!((gate.moving_windows, gate.speed_m_s), (10, 0.12));
+        let mut rejected = 0;
+        for case in &challenge.key.cases {
+            let key = case.read().unwrap();
+            rejected += key.rejected;
+            let mut scenario = quiet(&scenario_of(&key, &design).unwrap());
+            for _ in 0..2 {
+                let log = simulate(&scenario, &design.rover, library.registry()).unwrap();
+                assert!(moves(&log, design.rover.wheel.radius, 10), "{}", case.case);
+                scenario.effects.clear();
+            }
+        }
+        assert_eq!(gate.rejected, rejected);
     }
 
     /// The key alone makes the log again, byte for byte.

@@ -52,9 +52,15 @@ pub(crate) fn dispatch(args: Args) -> Result<(), CliError> {
         Command::Simulate {
             scenario,
             out,
+            list,
             truth,
             seed,
-        } => simulate::run(&scenario, &out, truth.as_deref(), seed, quiet),
+        } => match (scenario, out) {
+            (Some(scenario), Some(out)) if !list => {
+                simulate::run(&scenario, &out, truth.as_deref(), seed, quiet)
+            }
+            _ => simulate::list(),
+        },
         Command::Estimate {
             log,
             rover,

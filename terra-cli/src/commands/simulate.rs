@@ -45,6 +45,34 @@ pub(crate) fn run(
     Ok(())
 }
 
+/// What a scenario may hold beside the effects of the library: a diagnosis does not know them.
+pub(crate) fn list() -> Result<(), CliError> {
+    let rows: Vec<Vec<String>> = terra_sim::off_library()
+        .iter()
+        .chain(terra_sim::form_variants())
+        .map(|e| {
+            let (low, high) = e.magnitude;
+            vec![
+                e.name.to_owned(),
+                e.form.to_owned(),
+                format!("{low} to {high}"),
+                e.unit.to_owned(),
+                e.summary.to_owned(),
+                e.reference.to_owned(),
+            ]
+        })
+        .collect();
+    let head = [
+        "effect",
+        "form",
+        "magnitude",
+        "unit",
+        "what happens",
+        "source",
+    ];
+    output::stdout(&output::table(&head, &rows))
+}
+
 /// Columns as CSV; a value that does not exist is empty.
 pub(crate) fn csv(columns: &[TruthColumn<'_>]) -> String {
     let mut out = columns

@@ -17,6 +17,7 @@ const fn row<E: Effect>(low: f64, high: f64) -> TruthOnly {
         unit: E::PARAMS[0].unit,
         scope: E::SCOPE,
         summary: E::SUMMARY,
+        reference: E::REFERENCE,
     }
 }
 

@@ -46,13 +46,14 @@ impl DormandPrince {
         y: &mut [f64; N],
         step: &mut impl FnMut(f64, &[f64; N]),
     ) -> Result<(), SimError> {
-        self.advance_watching(N, rate, t, end, y, step)
+        self.advance_watching(N, &mut None, rate, t, end, y, step)
     }
 
-    /// The error is judged by the first `watched` states only; the others are carried along.
+    /// The error is judged by the first `watched` states only; the others are carried along. Steps begin with `first`.
     pub(crate) fn advance_watching<const N: usize>(
         &self,
         watched: usize,
+        first: &mut Option<f64>,
         rate: &mut impl FnMut(f64, &[f64; N]) -> Result<[f64; N], SimError>,
         t: f64,
         end: f64,
@@ -60,10 +61,11 @@ impl DormandPrince {
         step: &mut impl FnMut(f64, &[f64; N]),
     ) -> Result<(), SimError> {
         let mut now = t;
-        let mut h = self.max_step.min(end - t);
+        let mut h = first.unwrap_or(self.max_step);
         let mut k1 = rate(now, y)?;
         while end - now > MIN_STEP {
-            h = h.min(end - now).min(self.max_step);
+            let free = h.min(self.max_step);
+            h = free.min(end - now);
             // A rest too short for its own step is taken along.
             if end - now - h < MIN_STEP {
                 h = end - now;
@@ -92,8 +94,13 @@ impl DormandPrince {
             } else {
                 0.2
             };
-            h *= factor.clamp(0.2, 5.0);
-            h = h.max(MIN_STEP);
+            let cut = h < free;
+            h = (h * factor.clamp(0.2, 5.0)).max(MIN_STEP);
+            // A step that the end cut short says nothing against the one before it.
+            if cut && error <= 1.0 {
+                h = h.max(free);
+            }
+            *first = Some(h);
         }
         Ok(())
     }

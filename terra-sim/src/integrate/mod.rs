@@ -64,13 +64,15 @@ impl Integrator {
         y: &mut [f64; N],
         step: &mut impl FnMut(f64, &[f64; N]),
     ) -> Result<(), SimError> {
-        self.advance_watching(N, rate, t, end, y, step)
+        self.advance_watching(N, &mut None, rate, t, end, y, step)
     }
 
-    /// [`Integrator::advance`] whose step is chosen by the first `watched` states only.
+    /// [`Integrator::advance`] whose step is chosen by the first `watched` states only, and that begins with the step
+    /// `first`, where there is one, and leaves there what an adaptive method would take next.
     pub(crate) fn advance_watching<const N: usize>(
         &self,
         watched: usize,
+        first: &mut Option<f64>,
         rate: &mut impl FnMut(f64, &[f64; N]) -> Result<[f64; N], SimError>,
         t: f64,
         end: f64,
@@ -80,7 +82,7 @@ impl Integrator {
         match self {
             Integrator::Rk4(method) => method.advance_watching(watched, rate, t, end, y, step),
             Integrator::DormandPrince(method) => {
-                method.advance_watching(watched, rate, t, end, y, step)
+                method.advance_watching(watched, first, rate, t, end, y, step)
             }
         }
     }

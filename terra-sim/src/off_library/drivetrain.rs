@@ -11,6 +11,7 @@ pub(super) const STICK_SLIP: TruthOnly = TruthOnly {
     unit: "N m",
     scope: Scope::Any,
     summary: "friction that falls with speed: loss e exp(-(w/1 rad/s)^2) tanh(w/.05 rad/s), so a slow wheel creeps and jumps",
+    reference: "B. Armstrong-Hélouvry, P. Dupont, C. Canudas de Wit, Automatica 30 (1994) 1083-1138; size chosen",
 };
 
 /// Friction between motor and wheel that falls with speed (Stribeck).
@@ -32,8 +33,13 @@ pub(super) const GEARBOX_BACKLASH: TruthOnly = TruthOnly {
     magnitude: (0.1, 0.6),
     unit: "rad",
     scope: Scope::Drive,
-    summary: "after a reversal of torque the wheel gets none until the gap e is crossed: gap position m' = (tanh(T/1 N m) - m) 2 rad/s / e, T_wheel = T max(0, m tanh(T/1 N m))",
+    summary: "after a reversal of torque the wheel gets none until the gap e is crossed: gap position m' = (tanh(T/1 N m) - m) 2 rad/s / e, T_wheel = T (x + sqrt(x^2 + .1^2))/(1 + sqrt(1 + .1^2)) with x = m tanh(T/1 N m): teeth that give a little, and oil between them",
+    reference: "M. Nordin, P.-O. Gutman, Automatica 38 (2002) 1633-1649; smooth form and size chosen",
 };
+
+/// Share of the gap over which the teeth take up the torque: without it the torque has a corner in time and no
+/// integrator keeps its order.
+const TEETH: f64 = 0.1;
 
 /// Lost motion at a reversal of torque.
 pub(super) struct GearboxBacklash;
@@ -43,7 +49,8 @@ impl Unlisted for GearboxBacklash {
         &GEARBOX_BACKLASH
     }
     fn loss(&self, _e: f64, at: &WheelView) -> f64 {
-        at.torque * (1.0 - (at.memory * at.torque.tanh()).max(0.0))
+        let x = at.memory * at.torque.tanh();
+        at.torque * (1.0 - (x + x.hypot(TEETH)) / (1.0 + 1.0_f64.hypot(TEETH)))
     }
     fn remembers(&self) -> bool {
         true
@@ -60,6 +67,7 @@ pub(super) const THERMAL_TORQUE_FADE: TruthOnly = TruthOnly {
     unit: "1",
     scope: Scope::Drive,
     summary: "a warm motor gives less torque a current: heat h' = ((T/20 N m)^2 - h)/5 s, T_true = T_rep/(1 + e h)",
+    reference: "chosen form: a winding that heats with the square of its torque, a magnet that weakens with heat",
 };
 
 /// The torque constant falls as the motor warms up.
@@ -87,6 +95,7 @@ pub(super) const DIFFERENTIAL_CROSS_COUPLING: TruthOnly = TruthOnly {
     unit: "N m s",
     scope: Scope::Drive,
     summary: "the two wheels of an axle drag each other: loss e (w - w of the other)",
+    reference: "chosen form: a viscous coupling between the two wheels of an axle",
 };
 
 /// The two wheels of an axle drag each other.

@@ -13,6 +13,7 @@ pub(super) const MOISTURE_CRUST: TruthOnly = TruthOnly {
     unit: "1",
     scope: Scope::Any,
     summary: "a damp skin in patches of 1.5 m that breaks at slip .2 to .35: k (1 + e w), c (1 + 2 e w), w = patch x unbroken",
+    reference: "chosen form: a skin in patches that breaks under slip",
 };
 
 /// A stiff skin that is there in patches and breaks under slip.
@@ -39,6 +40,7 @@ pub(super) const FORCE_RELAXATION: TruthOnly = TruthOnly {
     unit: "m",
     scope: Scope::Drive,
     summary: "the pull builds up over a length: dF/dt = max(|v|, R |w|, .05 m/s) (D - F)/e",
+    reference: "H. B. Pacejka, Tire and Vehicle Dynamics, 3rd ed., 2012 (relaxation length); size chosen",
 };
 
 /// A pull that follows slip late, over a length.
@@ -67,6 +69,7 @@ pub(super) const BURIED_STONES: TruthOnly = TruthOnly {
     unit: "N",
     scope: Scope::Drive,
     summary: "the right wheels climb stones .25 m long every .9 m: pull - e sin(2π share of the stone), up and then down",
+    reference: "chosen form: up and down a bump without loss",
 };
 
 /// Stones under the right wheels: a force back, then forward.

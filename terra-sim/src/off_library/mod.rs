@@ -26,6 +26,8 @@ pub struct TruthOnly {
     pub scope: Scope,
     /// What happens, with the formula.
     pub summary: &'static str,
+    /// Where the formula comes from, or that it is chosen.
+    pub reference: &'static str,
 }
 
 /// Legal magnitudes reach this many times beyond the range worth drawing.
@@ -164,6 +166,7 @@ mod tests {
         for (effect, row) in EFFECTS.iter().zip(LIST) {
             assert_eq!(effect.entry(), row);
             assert_eq!(LIST.iter().filter(|e| e.name == row.name).count(), 1);
+            assert!(!row.summary.is_empty() && !row.reference.is_empty());
             assert!(row.magnitude.0 > 0.0 && row.magnitude.1 > row.magnitude.0);
         }
     }

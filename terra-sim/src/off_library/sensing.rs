@@ -11,6 +11,7 @@ pub(super) const ENCODER_ECCENTRICITY: TruthOnly = TruthOnly {
     unit: "1",
     scope: Scope::Drive,
     summary: "encoder discs off centre: w_rep = w (1 + e cos(angle + wheel number))",
+    reference: "chosen form: first harmonic of a disc that is off centre",
 };
 
 /// A reading of wheel speed that swings once a turn.

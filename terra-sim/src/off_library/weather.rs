@@ -13,6 +13,7 @@ pub(super) const WIND_GUSTS: TruthOnly = TruthOnly {
     unit: "N",
     scope: Scope::Drive,
     summary: "gusts from ahead and aside: force -e g(t), moment .2 m e g(t + .4 s), g = (sin(2π .31 Hz t) + sin(2π .83 Hz t))/2",
+    reference: "chosen form: two sines without a common period",
 };
 
 /// A force and a moment that come and go.

@@ -13,6 +13,7 @@ pub(super) const WHEEL_OUT_OF_ROUND: TruthOnly = TruthOnly {
     unit: "1",
     scope: Scope::Drive,
     summary: "the front left wheel is an egg: R (1 + e cos(2 angle))",
+    reference: "chosen form: an ellipse to first order in its flattening",
 };
 
 /// One wheel whose radius changes twice a turn.
@@ -38,6 +39,7 @@ pub(super) const WHEEL_HOP: TruthOnly = TruthOnly {
     unit: "1",
     scope: Scope::Drive,
     summary: "the body bounces in pitch: W (1 ± e sin(2π 2.5 Hz t) tanh(v/.5 m/s)), + front, - rear",
+    reference: "J. Y. Wong, Theory of Ground Vehicles, 4th ed., 2008, ch. 7 (ride); frequency and size chosen",
 };
 
 /// Loads that swing between the axles as the body pitches.
@@ -63,6 +65,7 @@ pub(super) const PUNCTURED_WHEEL: TruthOnly = TruthOnly {
     unit: "1",
     scope: Scope::Drive,
     summary: "the rear left wheel is flat: R (1 - e), a contact as of a wheel (1 + 4 e) times as large, rolling loss 30 N m e tanh(w/.1 rad/s)",
+    reference: "chosen form: smaller rolling radius, longer contact, rolling loss",
 };
 
 /// One soft wheel.

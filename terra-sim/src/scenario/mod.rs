@@ -145,6 +145,9 @@ pub struct Trial {
     pub condition: String,
     /// Pass in the same rut, 1 on virgin soil.
     pub pass: u32,
+    /// The slips are run through in this time \[s\], evenly, one trial a load and repeat; each slip is a steady trial
+    /// of its own when absent.
+    pub ramp: Option<f64>,
 }
 
 /// One `[[effect]]`.

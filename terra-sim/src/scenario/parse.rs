@@ -295,6 +295,10 @@ fn trials(value: &Value<'_, '_>) -> Parsed<Vec<Trial>> {
         Some(v) => vec![v.count()?],
         None => vec![1],
     };
+    let ramp = match table.get("ramp_s") {
+        Some(v) => Some(v.number_where("a duration above 0", |t| t > 0.0)?),
+        None => None,
+    };
     let missing = |key: &str| table.error(format!("missing key '{key}'"));
     let (no_slip, no_load, no_travel) = (
         missing("slip"),
@@ -309,6 +313,7 @@ fn trials(value: &Value<'_, '_>) -> Parsed<Vec<Trial>> {
         travel_speed: 0.0,
         condition,
         pass: 1,
+        ramp,
     };
     let speeds = numbers(&travel.ok_or(no_travel)?, "a speed above 0", |v| v > 0.0)?;
     Ok(speeds

@@ -121,6 +121,24 @@ fn motor(value: &Value<'_, '_>) -> Parsed<Motor> {
             "a share above 0, at most 1",
             |x| x > 0.0 && x <= 1.0,
         )?,
+        coulomb: read(
+            "coulomb_N_m",
+            nominal.coulomb,
+            "a torque from 0",
+            not_negative,
+        )?,
+        viscous: read(
+            "viscous_N_m_s",
+            nominal.viscous,
+            "a friction from 0",
+            not_negative,
+        )?,
+        torque_constant: read(
+            "torque_constant_N_m_A",
+            nominal.torque_constant,
+            "a constant above 0",
+            positive,
+        )?,
         control_frequency: read(
             "control_frequency_rad_s",
             nominal.control_frequency,

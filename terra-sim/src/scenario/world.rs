@@ -61,6 +61,12 @@ pub struct Motor {
     pub lag: f64,
     /// η of the gears \[1\].
     pub efficiency: f64,
+    /// Coulomb friction of the gears \[N m\] at the wheel.
+    pub coulomb: f64,
+    /// Viscous friction of the gears \[N m s\] at the wheel.
+    pub viscous: f64,
+    /// k_t: torque at the wheel an ampere \[N m/A\], before friction and efficiency; 0 where no current is asked for.
+    pub torque_constant: f64,
     /// ω_n of the speed controller \[rad/s\].
     pub control_frequency: f64,
 }
@@ -74,6 +80,9 @@ impl Default for Motor {
             delay: 0.0,
             lag: 0.0,
             efficiency: 1.0,
+            coulomb: 0.0,
+            viscous: 0.0,
+            torque_constant: 0.0,
             control_frequency: 10.0,
         }
     }

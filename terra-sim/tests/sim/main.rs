@@ -6,6 +6,7 @@ mod closed_forms;
 mod conservation;
 mod cost;
 mod effects;
+mod motors;
 mod noise;
 mod paper;
 mod planar;

@@ -37,6 +37,7 @@ fn trial(slip: &[f64], load: &[f64], repeats: u32) -> Trial {
         travel_speed: 0.05,
         condition: String::new(),
         pass: 1,
+        ramp: None,
     }
 }
 

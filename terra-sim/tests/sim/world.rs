@@ -3,7 +3,7 @@ use std::collections::BTreeMap;
 use terra_data::Start;
 use terra_model::{Registry, Scope};
 use terra_sim::{
-    Command, DriveRun, DriveSegment, EffectSetting, Integrator, Motor, Patch, Profile, Scenario,
+    Command, DriveRun, DriveSegment, EffectSetting, Integrator, Patch, Profile, Scenario,
     SensorSettings, SideSlip, StartMotion, form_variants, off_library, paper, simulate_drive,
     simulate_rig,
 };
@@ -160,39 +160,6 @@ fn ruts_are_met_again() {
     assert!(z[2][5] < 0.8 * z[0][5]);
 }
 
-/// Limit, lag and efficiency of the motors, against closed forms.
-#[test]
-fn motors_are_not_perfect() {
-    let torque = |motor: Motor| {
-        let mut scenario = constant_drive(50.0, 50.0, 0.2);
-        scenario.world.motor = motor;
-        run(&scenario).truth
-    };
-    let nominal = Motor::default();
-    let limited = torque(Motor {
-        torque_limit: 4.0,
-        no_load_speed: 10.0,
-        ..nominal
-    });
-    for i in 0..limited.len() {
-        let w = limited.wheel_speed[0][i];
-        let expected = (4.0 * (1.0 - w / 10.0)).min(5.0);
-        assert!((limited.wheel_torque[0][i] - expected).abs() < 1e-12);
-    }
-    let slow = torque(Motor {
-        lag: 0.05,
-        ..nominal
-    });
-    for (t, found) in slow.time.iter().zip(&slow.wheel_torque[2]) {
-        assert!((found - 5.0 * (1.0 - (-t / 0.05).exp())).abs() < 1e-5);
-    }
-    let geared = torque(Motor {
-        efficiency: 0.8,
-        ..nominal
-    });
-    assert!((geared.wheel_torque[1][0] - 4.0).abs() < 1e-9);
-}
-
 /// Every off-library effect and every form variant, in the middle of its range, changes a quiet log somewhere, and at
 /// zero nothing at all.
 #[test]
@@ -324,6 +291,46 @@ fn the_world_is_read_from_a_file() {
     }
 }
 
+/// A ramp runs through its slips in time, once a load and repeat, and its wheel moves along the bed: 2 m along it lies
+/// between two crusts, where steady trials, which all stand at the beginning, are still on the first.
+#[test]
+fn a_ramp_of_slip_takes_time_and_path() {
+    let parse = |ramp: &str| {
+        let text = format!(
+            "seed = 1\nrover = \"rig.toml\"\nterrain = \"dry_sand\"\nnoise_scale = 0.0\n[[trial]]\n\
+             slip = {{ from = 0.1, to = 0.5, steps = 5 }}\nnormal_load_N = [150.0, 245.0]\n\
+             travel_speed_m_s = 0.2\nrepeats = 2\n{ramp}"
+        );
+        Scenario::parse(&text, "s.toml").unwrap()
+    };
+    let mut rig = paper::light_rover();
+    rig.vehicle = None;
+    rig.noise.0.insert("drawbar_pull_N".to_owned(), 0.5);
+    rig.noise.0.insert("slip".to_owned(), 0.01);
+    let run = |scenario: &Scenario| simulate_rig(scenario, &rig, &Registry::builtin()).unwrap();
+    let (mut ramp, mut steady) = (parse("ramp_s = 20.0"), parse(""));
+    let rows = run(&ramp).log.rows;
+    assert_eq!(rows.len(), 2 * 2 * 5);
+    for (i, row) in rows.iter().enumerate() {
+        assert_eq!(row.time, Some(5.0 * (i % 5) as f64));
+        assert_eq!(row.trial, format!("trial_{:03}", i / 5 + 1));
+        assert_eq!(row.normal_load.value, if i < 10 { 150.0 } else { 245.0 });
+    }
+    let pull = |scenario: &Scenario, slip: f64| {
+        let truth = run(scenario).truth;
+        let at =
+            |i: &usize| (truth.slip[*i] - slip).abs() < 1e-12 && truth.normal_load[*i] == 245.0;
+        truth.drawbar_pull[(0..truth.slip.len()).find(at).unwrap()]
+    };
+    // Without drift a ramp is its steady trials, one after the other.
+    assert_eq!(pull(&ramp, 0.5), pull(&steady, 0.5));
+    for scenario in [&mut ramp, &mut steady] {
+        scenario.effects = vec![EffectSetting::new("moisture-crust", 1.0)];
+    }
+    assert_eq!(pull(&ramp, 0.1), pull(&steady, 0.1));
+    assert!((pull(&ramp, 0.3) - pull(&steady, 0.3)).abs() > 0.1);
+}
+
 /// Speeds and passes multiply a programme; a load that is not held scatters as declared, and the log follows it.
 #[test]
 fn rig_programmes_and_loads_that_wander() {
@@ -378,26 +385,10 @@ fn the_planar_example_runs() {
     let straight = run(&scenario);
     assert!((bent.truth.wheel_speed[0][30] - straight.truth.wheel_speed[0][30]).abs() < 1e-6);
     assert_ne!(bent.log.wheel_speed[0], straight.log.wheel_speed[0]);
-}
-
-/// Gears with play lose torque after a reversal: the wheel turns back later than the log's torque says.
-#[test]
-fn play_in_the_gears_costs_torque_at_a_reversal() {
-    let mut scenario = quiet_ramp("upland_sandy_loam");
-    let profile = Profile {
-        from: 30.0,
-        to: -30.0,
-    };
-    let mut segment = DriveSegment::new("reversal", 0.4, Command::Torque([profile; 4]));
-    segment.start = Some(StartMotion {
-        ground_speed: 1.0,
-        wheel_speed: [4.5; 4],
-    });
-    scenario.segments = vec![segment];
-    let nominal = run(&scenario).truth;
-    scenario.effects = vec![EffectSetting::new("gearbox-backlash", 0.3)];
-    let played = run(&scenario).truth;
-    assert_eq!(nominal.wheel_torque, played.wheel_torque);
-    let last = nominal.len() - 1;
-    assert!((played.wheel_speed[0][last] - nominal.wheel_speed[0][last]).abs() > 0.05);
+    let current = bent
+        .truth
+        .columns()
+        .into_iter()
+        .find(|c| c.name == "motor_current_fl_A");
+    assert_eq!(current.unwrap().values.len(), 40);
 }
