@@ -5,7 +5,7 @@
 //! literature has such, and else in a curve that it has. None for what is a definition (a bias, a scale, a mass, a radius,
 //! an inclination), nor where no source was found for a second one: the contrast between sides, the sideways slip of a
 //! skidding wheel, a tow load, drag. A layer below the surface and a shear stress with a residual strength are also slots
-//! of the models ([`layered`](crate::models::slots), `wong-hump`): the published hump has no value at which it is no hump,
+//! of the models (`layered`, `wong-hump`): the published hump has no value at which it is no hump,
 //! so it is a structure and no form of `shear-hump`.
 
 /// What a form has from the effect it is a form of: name, kind of log, where it shows, the experiment that isolates it.
