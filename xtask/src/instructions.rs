@@ -94,7 +94,9 @@ pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
     let committed = read(&text, cpu)?;
     let bounds = read(&text, &format!("{cpu} at most"))?;
     if let Some(unknown) = bounds.keys().find(|&b| KERNELS.iter().all(|k| k.name != b)) {
-        return Err(format!("counts.toml bounds `{unknown}`, which is no kernel"));
+        return Err(format!(
+            "counts.toml bounds `{unknown}`, which is no kernel"
+        ));
     }
 
     println!(
@@ -283,23 +285,34 @@ mod tests {
     #[test]
     fn a_bound_fails_beside_a_committed_count() {
         assert_eq!(verdict(&[], &[]), Ok(()));
-        let said = verdict(&["map"], &["batch-f64"]).unwrap_err();
-        assert!(said.contains("2 % above the committed count: map"), "{said}");
-        assert!(said.contains("above its bound, which no new count moves: batch-f64"), "{said}");
+        let said = verdict(&["map"], &["batch-f64"]).expect_err("both failed");
+        assert!(
+            said.contains("2 % above the committed count: map"),
+            "{said}"
+        );
+        assert!(
+            said.contains("above its bound, which no new count moves: batch-f64"),
+            "{said}"
+        );
         assert!(verdict(&[], &["batch-f32"]).is_err());
     }
 
     /// The committed file itself: each bound is of a kernel, and its committed count keeps it.
     #[test]
     fn committed_counts_keep_their_bounds() {
-        let text = fs::read_to_string(root().join("terra-bench/counts.toml")).unwrap();
+        let text =
+            fs::read_to_string(root().join("terra-bench/counts.toml")).expect("the committed file");
         let (counts, bounds) = (
-            read(&text, "x86-64-v3").unwrap(),
-            read(&text, "x86-64-v3 at most").unwrap(),
+            read(&text, "x86-64-v3").expect("counts"),
+            read(&text, "x86-64-v3 at most").expect("bounds"),
         );
         assert!(!bounds.is_empty());
         for (kernel, most) in bounds {
-            assert!(counts[&kernel] <= most, "{kernel}: {} > {most}", counts[&kernel]);
+            assert!(
+                counts[&kernel] <= most,
+                "{kernel}: {} > {most}",
+                counts[&kernel]
+            );
         }
     }
 
