@@ -204,7 +204,11 @@ impl Panel {
         let plot = Plot {
             layout: if alone { Layout::ALONE } else { Layout::PANEL },
             x: Axis::over(across, x, 5),
-            y: Axis::over(format!("{}, {}: {upright}", self.test, self.given), y, 5),
+            y: Axis::over(
+                format!("Test {}, {}: {upright}", self.test, self.given),
+                y,
+                5,
+            ),
             title: format!("Test {}, {}", self.test, self.given),
             description: format!(
                 "{} points, largest stress {} kPa at {} mm.",

@@ -9,9 +9,10 @@ use super::{Checked, Failures, Record, described};
 use crate::contact::Contact;
 use crate::error::ModelError;
 use crate::forces::WheelForces;
+use crate::guard::guard;
 use crate::lanes::Lanes;
-use crate::law::{Scalar, guard};
 use crate::model::{AnyModel, TerrainModel};
+use crate::scalar::Scalar;
 
 /// Examines a model written as a type.
 ///

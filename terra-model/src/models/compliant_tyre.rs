@@ -25,7 +25,7 @@ use crate::models::slots::checks::{self, Must, Values, kinematic, quantity};
 use crate::param::{Param, Scale};
 use crate::quadrature::{rule, t_minus_sin};
 use crate::real::{Real, Root};
-use crate::root::entry_angle;
+use crate::root::balanced;
 
 /// A tyre that flattens on firm ground.
 #[derive(Clone, Copy, Debug, Default)]
@@ -200,10 +200,13 @@ impl<T: Real> Wheel<T> {
         let depth = (load / area).ln() - n * primal.radius.ln();
         let guess = (depth / (n * 2.0 + 1.0)).exp();
         let tangent: Wheel<Tangent<T>> = primal.map(Tangent::<T>::from_primal);
-        let root = entry_angle(load, guess, at.slip.primal(), |a| tangent.sums(a).load)?.exp();
-        let (_, slope) = T::Primal::parts(tangent.sums(root.seed()).load);
-        let root_t = T::from_primal(root);
-        Ok(root_t - (self.sums(root_t).load - at.normal_load) / T::from_primal(slope))
+        balanced(
+            at.normal_load,
+            guess,
+            at.slip.primal(),
+            |angle| tangent.sums(angle).load,
+            |angle| self.sums(angle).load,
+        )
     }
 }
 

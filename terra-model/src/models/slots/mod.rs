@@ -27,7 +27,7 @@ use crate::batch::{Batch, BatchForces, Precision};
 use crate::contact::{Contact, Hook};
 use crate::error::ModelError;
 use crate::forces::{Angles, Contributions, Flags, StressProfile, WheelForces};
-use crate::law::guard;
+use crate::guard::guard;
 use crate::model::{AnyModel, ModelAt, Soil};
 use crate::names::nearest;
 use crate::param::Param;
