@@ -155,6 +155,10 @@ fn values(c: &Combination) -> Vec<&'static str> {
 }
 
 /// Every combination keeps what solvers rely on: many minutes, most of them in domains of extreme snow.
+///
+/// One is known not to: braked at 245 N on soft peat, `grouser-passive:peat` loses its shallow equilibrium at s = -.777 and
+/// drops from 65° to 84° of entry angle. The load of a braked wheel need not rise with its sinkage, so the jump is the
+/// equations' own.
 #[test]
 #[ignore = "many minutes"]
 fn every_combination_conforms() {
