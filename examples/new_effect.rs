@@ -3,7 +3,7 @@
 // An example may print, and may stop where it is wrong.
 #![allow(clippy::print_stdout)]
 
-use terra::model::{Channel, Effect, ForceLaw, Param, Real, Registry, Scale, Scope, Touch};
+use terra::model::{Channel, Effect, ForceLaw, Param, Real, Registry, Scope, Touch};
 
 /// D_reported = D - e tanh(D / 1 N).
 #[derive(Default)]
@@ -12,16 +12,12 @@ struct StickyLoadCell;
 impl Effect for StickyLoadCell {
     const NAME: &'static str = "sticky-load-cell";
     const SUMMARY: &'static str = "the load cell sticks and reads closer to zero";
-    const PARAMS: &'static [Param] = &[Param {
-        name: "magnitude",
-        symbol: "e",
-        unit: "N",
-        min: 0.0,
-        max: 100.0,
-        scale: Scale::Linear,
-        prior_sd: 1.0,
-        doc: "force swallowed by friction",
-    }];
+    const PARAMS: &'static [Param] = &[Param::magnitude(
+        "N",
+        [0.0, 100.0],
+        1.0,
+        "force swallowed by friction",
+    )];
     const REFERENCE: &'static str = "example";
     const TOUCHES: &'static [Touch] = &[Touch::Sensor];
     const SCOPE: Scope = Scope::Rig;

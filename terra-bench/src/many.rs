@@ -7,8 +7,8 @@ use terra_model::{
 use crate::error::BenchError;
 use crate::wheel::{Case, DRIVING, RADIUS, WIDTH, cases};
 
-/// How often the rows are repeated, so that a batch fills its lanes.
-const REPEATS: usize = 8;
+/// How often the rows are repeated, so that a batch fills its lanes, those of its second pass included.
+const REPEATS: usize = 16;
 
 /// Columns of a batch.
 pub struct Columns {

@@ -388,6 +388,9 @@ pub(crate) struct WheelArgs {
     /// Terrain model, or model+effect=magnitude+...
     #[arg(long, default_value = "wong-reece")]
     pub(crate) model: String,
+    /// A parameter of the model in SI units, in place of the soil's or where the soil gives none; may be repeated.
+    #[arg(long, value_name = "NAME=VALUE")]
+    pub(crate) set: Vec<String>,
     /// Also the stresses along the contact at each slip (a second table).
     #[arg(long)]
     pub(crate) stress: bool,

@@ -147,7 +147,7 @@ impl From<ModelError> for CliError {
     fn from(e: ModelError) -> Self {
         let help = match &e {
             ModelError::UnknownName {
-                kind: "terrain model",
+                kind: "terrain model" | "parameter",
                 ..
             } => Some("`terra models` lists them"),
             ModelError::UnknownName {

@@ -10,7 +10,7 @@ pub enum Precision {
     /// Double precision: the model's default tier.
     #[default]
     Double,
-    /// Single precision where the model has it: a third of the cost, 1e-5.
+    /// Single precision where the model has it: two fifths of the cost, 1e-5.
     Single,
 }
 
@@ -127,12 +127,7 @@ pub(crate) fn value(values: &[f64], item: usize) -> f64 {
 impl BatchForces {
     /// Makes room for `items`, all NaN until set; what was allocated is kept.
     pub(crate) fn resize(&mut self, items: usize) {
-        for column in [
-            &mut self.entry_angle,
-            &mut self.drawbar_pull,
-            &mut self.resistive_torque,
-            &mut self.sinkage,
-        ] {
+        for column in self.columns() {
             column.resize(items, f64::NAN);
         }
         self.status.resize(items, Ok(Flags::default()));
@@ -159,15 +154,35 @@ impl BatchForces {
         }
     }
 
-    /// Sets entry angle, pull, torque and sinkage of an item.
-    pub(crate) fn set_values(&mut self, item: usize, values: [f64; 4]) {
-        let columns = [
+    /// Says of an item that its forces stand, with no flag but this.
+    #[inline]
+    pub(crate) fn set_good(&mut self, item: usize, deep_sinkage: bool) {
+        if let Some(slot) = self.status.get_mut(item) {
+            let flags = Flags {
+                deep_sinkage,
+                ..Flags::default()
+            };
+            match slot {
+                // In place: nothing to drop.
+                Ok(old) => *old = flags,
+                Err(_) => *slot = Ok(flags),
+            }
+        }
+    }
+
+    /// Entry angles, pulls, torques and sinkages.
+    pub(crate) fn columns(&mut self) -> [&mut Vec<f64>; 4] {
+        [
             &mut self.entry_angle,
             &mut self.drawbar_pull,
             &mut self.resistive_torque,
             &mut self.sinkage,
-        ];
-        for (column, value) in columns.into_iter().zip(values) {
+        ]
+    }
+
+    /// Sets entry angle, pull, torque and sinkage of an item.
+    fn set_values(&mut self, item: usize, values: [f64; 4]) {
+        for (column, value) in self.columns().into_iter().zip(values) {
             if let Some(slot) = column.get_mut(item) {
                 *slot = value;
             }

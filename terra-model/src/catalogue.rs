@@ -96,11 +96,35 @@ impl Terrain {
     /// # Errors
     /// [`ModelError::MissingValue`] for a parameter the row does not give.
     pub fn parameters(&self, model: &dyn AnyModel) -> Result<Vec<f64>, ModelError> {
+        self.parameters_with(model, &[])
+    }
+
+    /// The same with values of one's own by parameter name, in SI units: what belongs to the wheel and not to the soil
+    /// (`tyre_pressure`, `lug_height`), what the row does not give, or what should differ from it.
+    ///
+    /// # Errors
+    /// [`ModelError::MissingValue`] for a parameter that neither gives; [`ModelError::UnknownName`] for a value that is none
+    /// of the model's.
+    pub fn parameters_with(
+        &self,
+        model: &dyn AnyModel,
+        given: &[(&str, f64)],
+    ) -> Result<Vec<f64>, ModelError> {
+        let names = || model.params().iter().map(|p| p.name);
+        if let Some((stray, _)) = given.iter().find(|(name, _)| names().all(|n| n != *name)) {
+            return Err(ModelError::UnknownName {
+                kind: "parameter",
+                name: (*stray).to_owned(),
+                nearest: nearest(stray, names()).map(str::to_owned),
+            });
+        }
         model
             .params()
             .iter()
             .map(|p| {
-                self.value(p.name).ok_or_else(|| ModelError::MissingValue {
+                let own = given.iter().find(|(name, _)| *name == p.name);
+                let value = own.map(|&(_, value)| value).or_else(|| self.value(p.name));
+                value.ok_or_else(|| ModelError::MissingValue {
                     terrain: self.id.to_string(),
                     parameter: p.name,
                     model: model.name(),

@@ -121,6 +121,9 @@ pub struct StressProfile {
     pub max_normal: StressPoint,
     /// Where τ is largest (signed), with both stresses there.
     pub max_shear: StressPoint,
+    /// Half the angle \[rad\] under which a tyre lies flat: points within it lie on the chord, where stresses push upwards
+    /// and along it. None where the contact is round all along.
+    pub flat: Option<f64>,
 }
 
 impl StressProfile {
@@ -170,6 +173,7 @@ impl StressProfile {
             points: profile,
             max_normal: stress(apex),
             max_shear,
+            flat: None,
         }
     }
 }

@@ -7,54 +7,14 @@ use nalgebra::DMatrix;
 use crate::batch::{Batch, BatchForces, Precision};
 use crate::contact::Contact;
 use crate::dual::{Dual8, Dual16, jacobian, jacobian16};
-use crate::effect::{AnyEffect, EffectAt};
+use crate::effect::AnyEffect;
 use crate::error::ModelError;
 use crate::forces::{StressProfile, WheelForces};
-use crate::lanes::Lanes;
-use crate::model::{AnyModel, ModelAt, Soil, TerrainModel};
+use crate::guard::{count, guard};
+use crate::model::{AnyModel, Soil, TerrainModel};
 use crate::param::Param;
 use crate::real::Real;
-
-/// A scalar at which erased models and effects can be called, so that generic code can use them too.
-pub trait Scalar: Real {
-    /// The model at this scalar.
-    fn of_model(model: &dyn AnyModel) -> &dyn ModelAt<Self>;
-    /// The effect at this scalar.
-    fn of_effect(effect: &dyn AnyEffect) -> &dyn EffectAt<Self>;
-}
-
-impl Scalar for f64 {
-    fn of_model(model: &dyn AnyModel) -> &dyn ModelAt<Self> {
-        model
-    }
-    fn of_effect(effect: &dyn AnyEffect) -> &dyn EffectAt<Self> {
-        effect
-    }
-}
-impl Scalar for Dual8 {
-    fn of_model(model: &dyn AnyModel) -> &dyn ModelAt<Self> {
-        model
-    }
-    fn of_effect(effect: &dyn AnyEffect) -> &dyn EffectAt<Self> {
-        effect
-    }
-}
-impl Scalar for Dual16 {
-    fn of_model(model: &dyn AnyModel) -> &dyn ModelAt<Self> {
-        model
-    }
-    fn of_effect(effect: &dyn AnyEffect) -> &dyn EffectAt<Self> {
-        effect
-    }
-}
-impl Scalar for Lanes {
-    fn of_model(model: &dyn AnyModel) -> &dyn ModelAt<Self> {
-        model
-    }
-    fn of_effect(effect: &dyn AnyEffect) -> &dyn EffectAt<Self> {
-        effect
-    }
-}
+use crate::scalar::Scalar;
 
 /// What solvers use: forces and their exact derivatives. Object safe.
 ///
@@ -159,67 +119,6 @@ impl<M: TerrainModel> ForceLaw for M {
             |p, at| self.wheel_forces(p, at),
             || self.wheel_forces(p, at),
         )
-    }
-}
-
-/// What no author has to check: as many parameters as declared, every number finite, a load above zero on a wheel with a
-/// radius and a width, and slip in \[-1, 1\].
-pub(crate) fn guard(
-    model: &'static str,
-    params: &[Param],
-    p: &[f64],
-    at: &Contact<f64>,
-) -> Result<(), ModelError> {
-    if params.len() != p.len() {
-        return Err(ModelError::ParameterCount {
-            model: model.to_owned(),
-            expected: params.len(),
-            found: p.len(),
-        });
-    }
-    if let Some((param, &value)) = params.iter().zip(p).find(|(_, value)| !value.is_finite()) {
-        return Err(ModelError::Parameter {
-            model,
-            parameter: param.name,
-            value,
-            expected: "a finite value",
-        });
-    }
-    let contact = [
-        ("slip", at.slip),
-        ("normal_load", at.normal_load),
-        ("radius", at.radius),
-        ("width", at.width),
-        ("speed", at.speed),
-        ("wheel_speed", at.wheel_speed),
-        ("slip_angle", at.slip_angle),
-        ("yaw_rate", at.yaw_rate),
-        ("path", at.path),
-        ("earlier_passes", at.earlier_passes),
-        ("side", at.side),
-        ("wheelbase", at.wheelbase),
-        ("time", at.time),
-    ];
-    match contact.into_iter().find(|(_, value)| !value.is_finite()) {
-        Some((quantity, value)) => Err(ModelError::Contact {
-            quantity,
-            value,
-            expected: "a finite value",
-        }),
-        None => Ok(()),
-    }
-}
-
-/// A vector of the declared length, at any scalar.
-fn count(model: &str, expected: usize, found: usize) -> Result<(), ModelError> {
-    if expected == found {
-        Ok(())
-    } else {
-        Err(ModelError::ParameterCount {
-            model: model.to_owned(),
-            expected,
-            found,
-        })
     }
 }
 

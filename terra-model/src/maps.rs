@@ -16,42 +16,18 @@ use crate::lanes::{Lanes, Vector};
 use crate::law::{ForceLaw, Law};
 use crate::real::Real;
 
-/// Slips and loads of a map.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MapRange {
-    /// Least and largest slip, within \[0, 1\].
-    pub slip: (f64, f64),
-    /// Least and largest normal load \[N\].
-    pub normal_load: (f64, f64),
-}
-
-/// What a map was found to be wrong by, e = max(|ΔT|/|T|, |ΔD|/(|D| + |T|/R)), at points between its nodes.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MapError {
-    /// Largest.
-    pub max: f64,
-    /// Median.
-    pub median: f64,
-}
-
-/// Pull and torque with their slopes.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MapSlopes {
-    /// D \[N\], T \[N m\].
-    pub forces: [f64; 2],
-    /// The same by slip.
-    pub by_slip: [f64; 2],
-    /// The same by normal load.
-    pub by_load: [f64; 2],
-}
-
 mod bicubic;
+mod chebyshev;
+mod range;
 
 pub use bicubic::BicubicMap;
+pub use range::{MapError, MapRange, MapSlopes};
 
-/// Nodes in load: three vectors of eight, of which the last may be padded.
-const LOADS: usize = 24;
-const CHUNKS: usize = LOADS / 8;
+use chebyshev::{
+    CHUNKS, LOADS, chebyshev, coefficients, dot, polynomial_slopes, polynomials, series,
+};
+use range::outside;
+
 /// Nodes in slip and load, tried in turn.
 const SIZES: [(usize, usize); 4] = [(6, 12), (8, 16), (10, 20), (16, 24)];
 /// Where a map ends below the bearing limit.
@@ -359,71 +335,8 @@ impl ForceMap {
     }
 }
 
-impl MapError {
-    /// Of a map against pull and torque at some slips and loads.
-    fn between(
-        at: &[(f64, f64)],
-        truth: &[[f64; 2]],
-        radius: f64,
-        map: impl Fn(f64, f64) -> Result<[f64; 2], ModelError>,
-    ) -> Result<Self, ModelError> {
-        let mut errors = Vec::with_capacity(at.len());
-        for (&(slip, load), [pull, torque]) in at.iter().zip(truth) {
-            let [d, t] = map(slip, load)?;
-            let scale = pull.abs() + torque.abs() / radius;
-            let error = ((d - pull) / scale)
-                .abs()
-                .max(((t - torque) / torque).abs());
-            errors.push(if error.is_finite() {
-                error
-            } else {
-                f64::INFINITY
-            });
-        }
-        errors.sort_by(f64::total_cmp);
-        Ok(MapError {
-            max: errors.last().copied().unwrap_or(f64::INFINITY),
-            median: errors
-                .get(errors.len() / 2)
-                .copied()
-                .unwrap_or(f64::INFINITY),
-        })
-    }
-}
-
 /// Slips and loads, and pull and torque.
 type Grid = (Vec<(f64, f64)>, Vec<[f64; 2]>);
-
-impl MapRange {
-    fn check(&self) -> Result<(), ModelError> {
-        let (low, high) = self.slip;
-        if !(low >= 0.0 && low < high && high <= 1.0) {
-            return Err(outside("slip", low, 0.0, 1.0));
-        }
-        let (low, high) = self.normal_load;
-        if !(low > 0.0 && low < high && high.is_finite()) {
-            return Err(outside("normal_load", low, 0.0, f64::MAX));
-        }
-        Ok(())
-    }
-    fn slip_at(&self, scaled: f64) -> f64 {
-        let (low, high) = self.slip;
-        (low + 0.5 * (scaled + 1.0) * (high - low)).clamp(low, high)
-    }
-    fn scaled_slip(&self, slip: f64) -> f64 {
-        let (low, high) = self.slip;
-        2.0 * (slip - low) / (high - low) - 1.0
-    }
-}
-
-fn outside(quantity: &'static str, value: f64, low: f64, high: f64) -> ModelError {
-    ModelError::OutsideMap {
-        quantity,
-        value,
-        low,
-        high,
-    }
-}
 
 /// ln of the largest load as a series in slip, and whether it is the bearing limit's.
 fn tops(
@@ -459,84 +372,4 @@ fn tops(
         });
     }
     Ok((coefficients(&limits), true))
-}
-
-/// Node k of n on \[-1, 1\].
-fn chebyshev(k: usize, n: usize) -> f64 {
-    -(std::f64::consts::PI * (k as f64 + 0.5) / n as f64).cos()
-}
-
-/// Coefficients of the series through values at the nodes.
-fn coefficients(values: &[f64]) -> Vec<f64> {
-    let n = values.len();
-    (0..n)
-        .map(|j| {
-            let sum: f64 = values
-                .iter()
-                .enumerate()
-                .map(|(k, v)| {
-                    let angle = std::f64::consts::PI * (k as f64 + 0.5) / n as f64;
-                    // Nodes run from -1 up.
-                    let sign = if j % 2 == 1 { -1.0 } else { 1.0 };
-                    v * sign * (j as f64 * angle).cos()
-                })
-                .sum();
-            sum * if j == 0 { 1.0 } else { 2.0 } / n as f64
-        })
-        .collect()
-}
-
-/// A series and its slope.
-fn series(coefficients: &[f64], x: f64) -> (f64, f64) {
-    let (mut sum, mut slope) = (0.0, 0.0);
-    let (mut before, mut now) = ((x, 1.0), (1.0, 0.0));
-    for &c in coefficients {
-        sum += c * now.0;
-        slope += c * now.1;
-        let next = (
-            2.0 * x * now.0 - before.0,
-            2.0 * (now.0 + x * now.1) - before.1,
-        );
-        (before, now) = (now, next);
-    }
-    (sum, slope)
-}
-
-/// T_0(x), T_1(x), ... in vectors of eight.
-fn polynomials(x: f64) -> [Lanes; CHUNKS] {
-    let (mut before, mut now) = (x, 1.0);
-    pack(|| {
-        let value = now;
-        (before, now) = (now, 2.0 * x * now - before);
-        value
-    })
-}
-
-/// Their slopes.
-fn polynomial_slopes(x: f64) -> [Lanes; CHUNKS] {
-    let (mut before, mut now) = ((x, 1.0), (1.0, 0.0));
-    pack(|| {
-        let slope = now.1;
-        let next = (
-            2.0 * x * now.0 - before.0,
-            2.0 * (now.0 + x * now.1) - before.1,
-        );
-        (before, now) = (now, next);
-        slope
-    })
-}
-
-fn pack(mut next: impl FnMut() -> f64) -> [Lanes; CHUNKS] {
-    std::array::from_fn(|_| {
-        let eight: [f64; 8] = std::array::from_fn(|_| next());
-        Lanes(wide::f64x8::new(eight))
-    })
-}
-
-fn dot(a: &[Lanes; CHUNKS], b: &[Lanes; CHUNKS]) -> f64 {
-    let mut sum = Lanes::zero();
-    for (a, b) in a.iter().zip(b) {
-        sum = a.mul_add(*b, sum);
-    }
-    sum.0.reduce_add()
 }

@@ -7,8 +7,8 @@ use crate::contact::{Contact, Hook};
 use crate::dual::{Dual8, Dual16};
 use crate::error::ModelError;
 use crate::forces::{StressProfile, WheelForces};
+use crate::guard::guard;
 use crate::lanes::Lanes;
-use crate::law::guard;
 use crate::param::Param;
 use crate::real::Real;
 

@@ -9,6 +9,9 @@ pub enum Scale {
     Log,
 }
 
+/// Range of a magnitude that may have either sign.
+pub(crate) const EITHER_SIGN: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
+
 /// One parameter of a model or an effect: what it is called, its unit, where it may lie, how uncertain it is a priori.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Param {
@@ -31,6 +34,25 @@ pub struct Param {
 }
 
 impl Param {
+    /// The magnitude of an effect: e on the linear scale, 0 = nominal; one-sided where the range begins at 0.
+    pub const fn magnitude(
+        unit: &'static str,
+        [min, max]: [f64; 2],
+        prior_sd: f64,
+        doc: &'static str,
+    ) -> Self {
+        Param {
+            name: "magnitude",
+            symbol: "e",
+            unit,
+            min,
+            max,
+            scale: Scale::Linear,
+            prior_sd,
+            doc,
+        }
+    }
+
     /// True when only values on one side of 0 make sense.
     pub fn one_sided(&self) -> bool {
         self.min >= 0.0

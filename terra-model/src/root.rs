@@ -47,6 +47,25 @@ pub(crate) fn entry_angle<P: Root>(
     })
 }
 
+/// θ1 in any scalar: [`entry_angle`] in the primal, from a guess, and its derivatives by one implicit step.
+///
+/// `tangent` gives the load of the primal wheel at an angle with one derivative, `load_at` that of the wheel itself.
+///
+/// # Errors
+/// As [`entry_angle`].
+pub(crate) fn balanced<T: Real>(
+    load: T,
+    guess: T::Primal,
+    slip: T::Primal,
+    tangent: impl Fn(<T::Primal as Root>::Tangent) -> <T::Primal as Root>::Tangent,
+    load_at: impl Fn(T) -> T,
+) -> Result<T, ModelError> {
+    let root = entry_angle(load.primal(), guess, slip, &tangent)?.exp();
+    let (_, slope) = T::Primal::parts(tangent(root.seed()));
+    let root = T::from_primal(root);
+    Ok(root - (load_at(root) - load) / T::from_primal(slope))
+}
+
 /// What [`entry_angle`] does, for a load given with its slope in ln θ1.
 pub(crate) struct Search<P> {
     pub(crate) load: P,

@@ -260,6 +260,63 @@ fn a_batch_keeps_its_bound_and_tells_each_item_its_own_fault() {
     }
 }
 
+/// Outside the box: heavy loads, and shear moduli down to a fiftieth, at which the shear stress is all in a thin layer at
+/// the entry. No rule in one piece resolves that, and a batch must notice.
+#[test]
+fn a_batch_keeps_its_bound_however_steep_the_shear() {
+    let law = law();
+    let mut columns = vec![vec![]; 8];
+    let (mut slip, mut normal_load, mut expected) = (vec![], vec![], vec![]);
+    for soil in catalogue::set("wong21").unwrap() {
+        for s in [0.02, 0.3, 0.7, 1.0] {
+            for w in [60.0, 600.0, 2452.5] {
+                for (share, exponent) in [1.0, 0.6, 0.35, 0.2, 0.1, 0.02]
+                    .map(|share| [(share, None), (share, Some(1.0))])
+                    .concat()
+                {
+                    let mut p = soil.parameters(law.model()).unwrap();
+                    p[5] *= share;
+                    p[2] = exponent.unwrap_or(p[2]);
+                    let at = Contact::new(s, w, R, B);
+                    let Ok(f) = WongReece.forces_within(&p, &at, Accuracy::Reference) else {
+                        continue;
+                    };
+                    for (column, value) in columns.iter_mut().zip(p) {
+                        column.push(value);
+                    }
+                    slip.push(s);
+                    normal_load.push(w);
+                    expected.push([f.angles.unwrap().entry, f.drawbar_pull, f.resistive_torque]);
+                }
+            }
+        }
+    }
+    let columns: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
+    let batch = Batch {
+        parameters: &columns,
+        slip: &slip,
+        normal_load: &normal_load,
+        radius: R,
+        width: B,
+    };
+    for (precision, most) in [(Precision::Double, 1e-7), (Precision::Single, 1e-5)] {
+        let mut out = BatchForces::default();
+        law.solve_batch(&batch, precision, &mut out).unwrap();
+        let mut worst = 0.0_f64;
+        for (item, &expected) in expected.iter().enumerate() {
+            assert!(out.status[item].is_ok(), "item {item}");
+            let found = [
+                out.entry_angle[item],
+                out.drawbar_pull[item],
+                out.resistive_torque[item],
+            ];
+            worst = worst.max(error(found, expected));
+        }
+        println!("batch {precision:?}, {} contacts: {worst:.1e}", slip.len());
+        assert!(worst <= most, "{precision:?}: {worst}");
+    }
+}
+
 /// Illegal, braking and infeasible items among good ones, and batches that do not fill a lane.
 #[test]
 fn an_item_answers_as_it_would_alone() {

@@ -201,7 +201,10 @@ fn library_effect(
         if let Some(effect) = forms::find(&setting.name, form) {
             return Ok(effect);
         }
-        return Ok(registry.effect_form(&setting.name, form)?);
+        return Ok(registry
+            .clone()
+            .with_forms()
+            .effect_form(&setting.name, form)?);
     }
     registry.effect(&setting.name).map_err(|error| match error {
         ModelError::UnknownName {

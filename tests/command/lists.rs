@@ -35,8 +35,17 @@ fn every_registered_name_is_listed() {
     let registry = Registry::builtin();
     let models: Vec<_> = registry.models().iter().map(|m| m.name()).collect();
     assert_eq!(names("models", "name"), models);
-    let effects: Vec<_> = registry.effects().iter().map(|e| e.name()).collect();
+    let all = Registry::builtin().with_forms();
+    let effects: Vec<_> = all.effects().iter().map(|e| e.name()).collect();
     assert_eq!(names("effects", "name"), effects);
+    let forms: Vec<_> = all.effects().iter().map(|e| e.form()).collect();
+    assert_eq!(names("effects", "form"), forms);
+    // A diagnosis tries what is registered by default, and no other form.
+    let folder = folder("list_diagnosed");
+    let json: serde_json::Value =
+        serde_json::from_str(&terra(&folder, "effects --json").ok().out).unwrap();
+    let tried = list(&json).iter().filter(|e| e["in_diagnosis"] == true);
+    assert_eq!(tried.count(), registry.effects().len());
     let terrains: Vec<_> = catalogue::terrains()
         .iter()
         .map(|t| t.id.as_ref())

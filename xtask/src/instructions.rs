@@ -92,16 +92,23 @@ pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
     let file = root().join("terra-bench/counts.toml");
     let text = fs::read_to_string(&file).map_err(|e| format!("{}: {e}", file.display()))?;
     let committed = read(&text, cpu)?;
+    let bounds = read(&text, &format!("{cpu} at most"))?;
+    if let Some(unknown) = bounds.keys().find(|&b| KERNELS.iter().all(|k| k.name != b)) {
+        return Err(format!(
+            "counts.toml bounds `{unknown}`, which is no kernel"
+        ));
+    }
 
     println!(
         "instructions per operation, release, target-cpu {cpu}, {}",
         versions()
     );
     println!(
-        "{:<26} {:>12} {:>12} {:>8}",
-        "kernel", "found", "committed", "change"
+        "{:<26} {:>12} {:>12} {:>8} {:>9}",
+        "kernel", "found", "committed", "change", "at most"
     );
     let mut failed = vec![];
+    let mut beyond = vec![];
     let mut fresh = vec![];
     let mut points = vec![];
     for kernel in KERNELS {
@@ -111,10 +118,15 @@ pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
             format!("{:+.2} %", 100.0 * (found / c - 1.0))
         });
         let shown = before.map_or_else(|| "none".to_owned(), |c| format!("{c:.1}"));
+        let bound = bounds.get(kernel.name).copied();
+        let most = bound.map_or_else(String::new, |b| format!("{b:.0}"));
         println!(
-            "{:<26} {found:>12.1} {shown:>12} {change:>8}  {}",
+            "{:<26} {found:>12.1} {shown:>12} {change:>8} {most:>9}  {}",
             kernel.name, kernel.what
         );
+        if bound.is_some_and(|most| found > most) {
+            beyond.push(kernel.name);
+        }
         let standing = compare(found, before);
         if standing == Standing::More {
             failed.push(kernel.name);
@@ -133,13 +145,28 @@ pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
             fresh.join("\n")
         );
     }
-    if failed.is_empty() {
-        Ok(())
-    } else {
-        Err(format!(
+    verdict(&failed, &beyond)
+}
+
+/// Both checks at once, so that one run says all there is to mend.
+fn verdict(failed: &[&str], beyond: &[&str]) -> Result<(), String> {
+    let mut said = vec![];
+    if !failed.is_empty() {
+        said.push(format!(
             "more than 2 % above the committed count: {}\nmake it cheaper, or commit the new count with the reason beside it",
             failed.join(", ")
-        ))
+        ));
+    }
+    if !beyond.is_empty() {
+        said.push(format!(
+            "above its bound, which no new count moves: {}",
+            beyond.join(", ")
+        ));
+    }
+    if said.is_empty() {
+        Ok(())
+    } else {
+        Err(said.join("\n"))
     }
 }
 
@@ -253,6 +280,40 @@ mod tests {
         let report = "version: 1\nevents: Ir\n\nfn=(1) main\n5 100\n\ntotals: 123456\n";
         assert_eq!(total(report), Some(123_456.0));
         assert_eq!(total("events: Ir\n"), None);
+    }
+
+    #[test]
+    fn a_bound_fails_beside_a_committed_count() {
+        assert_eq!(verdict(&[], &[]), Ok(()));
+        let said = verdict(&["map"], &["batch-f64"]).expect_err("both failed");
+        assert!(
+            said.contains("2 % above the committed count: map"),
+            "{said}"
+        );
+        assert!(
+            said.contains("above its bound, which no new count moves: batch-f64"),
+            "{said}"
+        );
+        assert!(verdict(&[], &["batch-f32"]).is_err());
+    }
+
+    /// The committed file itself: each bound is of a kernel, and its committed count keeps it.
+    #[test]
+    fn committed_counts_keep_their_bounds() {
+        let text =
+            fs::read_to_string(root().join("terra-bench/counts.toml")).expect("the committed file");
+        let (counts, bounds) = (
+            read(&text, "x86-64-v3").expect("counts"),
+            read(&text, "x86-64-v3 at most").expect("bounds"),
+        );
+        assert!(!bounds.is_empty());
+        for (kernel, most) in bounds {
+            assert!(
+                counts[&kernel] <= most,
+                "{kernel}: {} > {most}",
+                counts[&kernel]
+            );
+        }
     }
 
     #[test]

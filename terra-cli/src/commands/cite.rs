@@ -25,7 +25,7 @@ pub(crate) fn run(path: &Path, as_json: bool) -> Result<(), CliError> {
         Some(scenario) => {
             of_law(&scenario.model, &mut owed)?;
             for effect in &scenario.effects {
-                of_effect(&effect.name, &mut owed);
+                of_effect(&effect.name, effect.form.as_deref(), &mut owed);
             }
             of_soil(&scenario.left, &mut owed)?;
             of_soil(&scenario.right, &mut owed)?;
@@ -110,16 +110,20 @@ fn of_law(name: &str, owed: &mut BTreeSet<Owed>) -> Result<(), CliError> {
         reference: law.model().reference().to_owned(),
     });
     for effect in law.effects() {
-        of_effect(effect.name(), owed);
+        of_effect(effect.name(), None, owed);
     }
     Ok(())
 }
 
-fn of_effect(name: &str, owed: &mut BTreeSet<Owed>) {
-    let registry = Registry::builtin();
-    let reference = match registry.effects().iter().find(|e| e.name() == name) {
-        Some(effect) => effect.reference().to_owned(),
-        None => "the simulator's own: see the scenario reference of terra-sim".to_owned(),
+fn of_effect(name: &str, form: Option<&str>, owed: &mut BTreeSet<Owed>) {
+    let registry = Registry::builtin().with_forms();
+    let found = match form {
+        Some(form) => registry.effect_form(name, form),
+        None => registry.effect(name),
+    };
+    let reference = match found {
+        Ok(effect) => effect.reference().to_owned(),
+        Err(_) => "the simulator's own: see the scenario reference of terra-sim".to_owned(),
     };
     owed.insert(Owed {
         kind: "effect",

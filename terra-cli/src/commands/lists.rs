@@ -1,7 +1,9 @@
 //! What is registered: models, effects, terrains, filters, estimators.
 
+use std::sync::Arc;
+
 use serde_json::{Value, json};
-use terra_model::{Param, Registry, Scale, catalogue};
+use terra_model::{AnyEffect, Param, Registry, Scale, catalogue};
 
 use crate::error::CliError;
 use crate::output::{self, short, table};
@@ -68,14 +70,26 @@ pub(crate) fn models(as_json: bool) -> Result<(), CliError> {
     emit(as_json, json, text)
 }
 
+/// Every form of the effects, and whether a diagnosis tries it: those of the registry it does, the other forms not.
+fn forms(registry: &Registry) -> Vec<(Arc<dyn AnyEffect>, bool)> {
+    let others = Registry::empty().with_forms();
+    let tried = registry.effects().iter().map(|e| (e.clone(), true));
+    let known = |e: &Arc<dyn AnyEffect>| {
+        let same = |r: &Arc<dyn AnyEffect>| r.name() == e.name() && r.form() == e.form();
+        registry.effects().iter().any(same)
+    };
+    let others = others.effects().iter().filter(|e| !known(e));
+    tried.chain(others.map(|e| (e.clone(), false))).collect()
+}
+
 /// The effects as JSON.
 pub(crate) fn effects_json(registry: &Registry) -> Value {
     json!(
-        registry
-            .effects()
+        forms(registry)
             .iter()
-            .map(|e| json!({
-                "name": e.name(), "form": e.form(), "summary": e.summary(), "reference": e.reference(),
+            .map(|(e, tried)| json!({
+                "name": e.name(), "form": e.form(), "in_diagnosis": tried,
+                "summary": e.summary(), "reference": e.reference(),
                 "scope": match e.scope() {
                     terra_model::Scope::Any => "any",
                     terra_model::Scope::Drive => "drive",
@@ -90,29 +104,42 @@ pub(crate) fn effects_json(registry: &Registry) -> Value {
 
 pub(crate) fn effects(as_json: bool) -> Result<(), CliError> {
     let registry = Registry::builtin();
-    let rows: Vec<Vec<String>> = registry
-        .effects()
+    let mut all = forms(&registry);
+    // Forms beside each other: a stable sort by where their effect stands in the registry.
+    all.sort_by_key(|(e, _)| {
+        let mut effects = registry.effects().iter();
+        effects.position(|r| r.name() == e.name())
+    });
+    let rows: Vec<Vec<String>> = all
         .iter()
-        .map(|e| {
+        .map(|(e, tried)| {
             let unit = e.params().first().map_or("", |p| p.unit);
             vec![
                 e.name().to_owned(),
                 e.form().to_owned(),
+                if *tried { "yes" } else { "-" }.to_owned(),
                 unit.to_owned(),
                 e.summary().to_owned(),
                 e.regime().to_owned(),
+                e.reference().to_owned(),
             ]
         })
         .collect();
-    let json = effects_json(&registry);
-    emit(
-        as_json,
-        json,
-        table(
-            &["effect", "form", "unit", "what happens", "where it shows"],
-            &rows,
-        ),
-    )
+    let header = [
+        "effect",
+        "form",
+        "diagnosed",
+        "unit",
+        "what happens",
+        "where it shows",
+        "source",
+    ];
+    let mut text = table(&header, &rows);
+    text.push_str(
+        "\ndiagnosed: `terra gap` tries this form. Its weights are calibrated for one form a name; the others are for programs \
+         that ask for them.\n",
+    );
+    emit(as_json, effects_json(&registry), text)
 }
 
 /// The soils as JSON.

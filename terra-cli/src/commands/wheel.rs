@@ -18,7 +18,7 @@ pub(crate) fn run(args: &WheelArgs) -> Result<(), CliError> {
     output::claim(&[args.csv.as_deref(), stress_file.as_deref()], &[])?;
     let slips = slips(&args.slip)?;
     let (law, magnitudes) = law(&Registry::builtin(), &args.model)?;
-    let mut p = catalogue::find(&args.terrain)?.parameters(law.model())?;
+    let mut p = parameters(&args.terrain, &law, &args.set)?;
     p.extend(magnitudes);
 
     let mut csv = HEADER.to_owned();
@@ -63,6 +63,33 @@ pub(crate) fn run(args: &WheelArgs) -> Result<(), CliError> {
         (None, _) if args.stress => output::stdout(&format!("{csv}\n{stress}")),
         (path, _) => output::text(path.as_deref(), &csv),
     }
+}
+
+/// The soil as parameters of the model, with those that were set.
+fn parameters(terrain: &str, law: &Law, set: &[String]) -> Result<Vec<f64>, CliError> {
+    let given = set
+        .iter()
+        .map(|text| {
+            let value = text
+                .split_once('=')
+                .and_then(|(name, value)| Some((name.trim(), value.trim().parse::<f64>().ok()?)))
+                .filter(|(_, value)| value.is_finite());
+            value.ok_or_else(|| {
+                CliError::usage(
+                    format!("--set {text}: expected NAME=VALUE"),
+                    "write for example --set tyre_pressure=60000; `terra models` names parameters and units",
+                )
+            })
+        })
+        .collect::<Result<Vec<_>, _>>()?;
+    let found = catalogue::find(terrain)?.parameters_with(law.model(), &given);
+    found.map_err(|error| match error {
+        ModelError::MissingValue { parameter, .. } => CliError::usage(
+            error.to_string(),
+            format!("add --set {parameter}=VALUE in SI units"),
+        ),
+        other => other.into(),
+    })
 }
 
 fn stress_path(path: &Path) -> PathBuf {

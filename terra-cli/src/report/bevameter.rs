@@ -8,7 +8,7 @@ use super::figure::{Layout, Plot};
 use super::number::{number, share};
 use super::paint::Paint;
 use super::scale::Axis;
-use super::words::{join_some, unit, unit_after};
+use super::words::{unit, unit_after};
 
 /// Panels of one soil, a test each.
 const PANELS: usize = 9;
@@ -54,7 +54,11 @@ pub fn bevameter_section(view: &BevameterView) -> Section {
                 Cell::from(first(law.law.to_owned())),
                 Cell::from(p.name),
                 Cell::from(unit_after(&number(p.value, 3), &unit(p.unit))),
-                Cell::from(format!("{} to {}", number(p.low, 3), number(p.high, 3))),
+                Cell::from(if p.low.is_finite() && p.high.is_finite() {
+                    format!("{} to {}", number(p.low, 3), number(p.high, 3))
+                } else {
+                    "not known".to_owned()
+                }),
                 Cell::from(first(share(law.rms_share))),
                 Cell::from(first(number(law.delta_bic, 2))),
             ]);
@@ -97,8 +101,17 @@ fn figure(view: &BevameterView) -> Result<Figure, ReportError> {
     let best = fits
         .best()
         .filter(|b| first.is_some_and(|f| f.law != b.law));
-    let panels = (0..fits.tests.len().min(PANELS))
-        .map(|k| panel(view, k, first, best))
+    let shown = fits.tests.len().min(PANELS);
+    let panels: Vec<Panel> = (0..shown)
+        .filter_map(|k| Panel::new(view, k, first, best))
+        .collect();
+    // The same axes for all, from zero: how far tests of one soil differ is what a reader looks for.
+    let all = || panels.iter().flat_map(Panel::all);
+    let x = || std::iter::once(0.0).chain(all().map(|p| p.0));
+    let y = || std::iter::once(0.0).chain(all().map(|p| p.1));
+    let panels = panels
+        .iter()
+        .map(|panel| panel.draw(view.shear, shown == 1, x(), y()))
         .collect::<Result<Vec<_>, _>>()?;
     let mut legend = vec![];
     if let Some(law) = first {
@@ -113,62 +126,103 @@ fn figure(view: &BevameterView) -> Result<Figure, ReportError> {
             text: format!("{}, the best", law.law),
         });
     }
-    let names: Vec<&str> = fits.tests.iter().map(|t| t.test.as_str()).collect();
     Ok(Figure {
         panels,
         legend,
-        caption: format!(
-            "Measured points (averages over equal steps) and laws fitted to all tests together: {}.",
-            join_some(&names, PANELS)
-        ),
+        caption: match fits.tests.len().saturating_sub(PANELS) {
+            0 => CAPTION.to_owned(),
+            more => format!("{CAPTION} {more} more not drawn."),
+        },
     })
 }
 
-fn panel(
-    view: &BevameterView,
-    k: usize,
-    first: Option<&LawFit>,
-    best: Option<&LawFit>,
-) -> Result<String, ReportError> {
-    let Some(test) = view.fits.tests.get(k) else {
-        return Ok(String::new());
-    };
-    let shown = |(x, stress): (f64, f64)| (1e3 * x, 1e-3 * stress);
-    let points: Vec<(f64, f64)> = test.points.iter().map(|p| shown(*p)).collect();
-    let line = |law: Option<&LawFit>| -> Vec<(f64, f64)> {
-        let fitted = law.and_then(|l| l.fitted.get(k));
-        fitted.map_or(vec![], |f| {
-            test.points
-                .iter()
-                .zip(f)
-                .map(|(p, y)| shown((p.0, *y)))
-                .collect()
+const CAPTION: &str = "Measured points (averages over equal steps) and laws fitted to all tests of the soil together.";
+
+/// One test and what the laws say of it, in mm and kPa.
+struct Panel {
+    test: String,
+    /// Plate diameter in mm, or normal stress in kPa.
+    given: String,
+    points: Vec<(f64, f64)>,
+    plain: Vec<(f64, f64)>,
+    better: Vec<(f64, f64)>,
+    peak: (f64, f64),
+}
+
+fn shown((x, stress): (f64, f64)) -> (f64, f64) {
+    (1e3 * x, 1e-3 * stress)
+}
+
+impl Panel {
+    fn new(
+        view: &BevameterView,
+        k: usize,
+        first: Option<&LawFit>,
+        best: Option<&LawFit>,
+    ) -> Option<Self> {
+        let test = view.fits.tests.get(k)?;
+        let line = |law: Option<&LawFit>| -> Vec<(f64, f64)> {
+            let fitted = law.and_then(|l| l.fitted.get(k));
+            fitted.map_or(vec![], |f| {
+                test.points
+                    .iter()
+                    .zip(f)
+                    .map(|(p, y)| shown((p.0, *y)))
+                    .collect()
+            })
+        };
+        Some(Panel {
+            test: test.test.clone(),
+            given: if view.shear {
+                format!("{}\u{a0}kPa", number(1e-3 * test.given, 3))
+            } else {
+                format!("{}\u{a0}mm plate", number(2e3 * test.given, 3))
+            },
+            points: test.points.iter().map(|p| shown(*p)).collect(),
+            plain: line(first),
+            better: line(best),
+            peak: shown(test.peak),
         })
-    };
-    let (plain, better) = (line(first), line(best));
-    let (x, y) = if view.shear {
-        ("shear displacement, mm", "Shear stress, kPa")
-    } else {
-        ("sinkage, mm", "Pressure, kPa")
-    };
-    let all = || points.iter().chain(&plain).chain(&better);
-    let plot = Plot {
-        layout: Layout::PANEL,
-        x: Axis::over(x, all().map(|p| p.0), 5),
-        y: Axis::over(y, all().map(|p| p.1), 5),
-        title: format!("Test {}", test.test),
-        description: format!(
-            "{} points, largest stress {} kPa at {} mm.",
-            points.len(),
-            number(1e-3 * test.peak.1, 3),
-            number(1e3 * test.peak.0, 3)
-        ),
-    };
-    plot.draw(|c| {
-        for p in &points {
-            c.dot(*p, 2, Paint::Ink)?;
-        }
-        c.line(&plain, Paint::Before, 2)?;
-        c.line(&better, Paint::After, 2)
-    })
+    }
+
+    fn all(&self) -> impl Iterator<Item = &(f64, f64)> {
+        self.points.iter().chain(&self.plain).chain(&self.better)
+    }
+
+    fn draw(
+        &self,
+        shear: bool,
+        alone: bool,
+        x: impl Iterator<Item = f64>,
+        y: impl Iterator<Item = f64>,
+    ) -> Result<String, ReportError> {
+        let (across, upright) = if shear {
+            ("shear displacement, mm", "shear stress, kPa")
+        } else {
+            ("sinkage, mm", "pressure, kPa")
+        };
+        let plot = Plot {
+            layout: if alone { Layout::ALONE } else { Layout::PANEL },
+            x: Axis::over(across, x, 5),
+            y: Axis::over(
+                format!("Test {}, {}: {upright}", self.test, self.given),
+                y,
+                5,
+            ),
+            title: format!("Test {}, {}", self.test, self.given),
+            description: format!(
+                "{} points, largest stress {} kPa at {} mm.",
+                self.points.len(),
+                number(self.peak.1, 3),
+                number(self.peak.0, 3)
+            ),
+        };
+        plot.draw(|c| {
+            for p in &self.points {
+                c.dot(*p, 2, Paint::Ink)?;
+            }
+            c.line(&self.plain, Paint::Before, 2)?;
+            c.line(&self.better, Paint::After, 2)
+        })
+    }
 }

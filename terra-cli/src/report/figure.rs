@@ -37,6 +37,11 @@ impl Layout {
         top: 34,
         bottom: 44,
     };
+    /// A panel that has the column to itself: as high, twice as wide, so that its words are the size of the others'.
+    pub(super) const ALONE: Layout = Layout {
+        width: 660,
+        ..Self::PANEL
+    };
 }
 
 /// What a figure shows and how it is said to those who do not see it.

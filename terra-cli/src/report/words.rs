@@ -82,6 +82,7 @@ pub(super) fn unit(si: &str) -> String {
             .replace("^(n+2)", "ⁿ⁺²")
             .replace("^(n+1)", "ⁿ⁺¹")
             .replace("^2", "²")
+            .replace("^3", "³")
             .replace("s2", "s²")
             .replace(' ', "\u{a0}"),
     }

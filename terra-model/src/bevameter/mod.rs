@@ -18,6 +18,7 @@
 
 mod curve;
 mod fit;
+mod interval;
 mod plate;
 mod report;
 mod shear;

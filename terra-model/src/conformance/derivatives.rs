@@ -6,9 +6,10 @@ use super::numeric::difference;
 use super::sample::contact;
 use crate::contact::Contact;
 use crate::dual::{Dual8, jacobian};
-use crate::law::{Scalar, lift_with, rows};
+use crate::law::{lift_with, rows};
 use crate::model::AnyModel;
 use crate::param::{Param, Scale};
+use crate::scalar::Scalar;
 
 /// Step for differences in a parameter, none where the stencil would leave its range.
 pub(super) fn step(p: &Param, value: f64) -> Option<f64> {

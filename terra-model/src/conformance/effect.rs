@@ -17,11 +17,12 @@ use crate::effect::{AnyEffect, Channel, Effect, Touch};
 use crate::error::ModelError;
 use crate::forces::{Angles, WheelForces};
 use crate::lanes::Lanes;
-use crate::law::{ForceLaw, Law, Scalar};
+use crate::law::{ForceLaw, Law};
 use crate::model::AnyModel;
 use crate::param::Param;
 use crate::real::Real;
 use crate::registry::Registry;
+use crate::scalar::Scalar;
 use crate::vehicle::BodyLoads;
 
 const CHANNELS: [Channel; 8] = [

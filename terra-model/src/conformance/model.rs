@@ -9,9 +9,10 @@ use super::{Checked, Failures, Record, described};
 use crate::contact::Contact;
 use crate::error::ModelError;
 use crate::forces::WheelForces;
+use crate::guard::guard;
 use crate::lanes::Lanes;
-use crate::law::{Scalar, guard};
 use crate::model::{AnyModel, TerrainModel};
+use crate::scalar::Scalar;
 
 /// Examines a model written as a type.
 ///
@@ -269,16 +270,25 @@ fn balance(record: &mut Record, model: &dyn AnyModel, typical: &[&Vec<f64>]) {
                 continue;
             };
             let mut sums = [0.0; 3];
+            let flat = profile.flat.unwrap_or(-1.0);
             for pair in profile.points.windows(2) {
                 let step = pair[1].angle - pair[0].angle;
+                let on_the_flat = 0.5 * (pair[0].angle + pair[1].angle).abs() < flat;
                 for point in pair {
                     let (sin, cos) = point.angle.sin_cos();
                     let (normal, tau) = (point.normal_stress, point.shear_stress);
-                    let terms = [
-                        normal * cos + tau * sin,
-                        tau * cos - normal * sin,
-                        tau * at.radius,
-                    ];
+                    let terms = if on_the_flat {
+                        // dx = h dθ/cos² θ on a chord h = R cos θf below the axle.
+                        let arm = at.radius * flat.cos();
+                        let share = flat.cos() / cos.powi(2);
+                        [normal, tau, tau * arm].map(|x| x * share)
+                    } else {
+                        [
+                            normal * cos + tau * sin,
+                            tau * cos - normal * sin,
+                            tau * at.radius,
+                        ]
+                    };
                     sums.iter_mut()
                         .zip(terms)
                         .for_each(|(s, t)| *s += 0.5 * step * t * at.radius * at.width);

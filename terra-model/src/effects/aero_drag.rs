@@ -7,7 +7,7 @@
 //! chosen form and prior.
 
 use crate::effect::{Effect, Scope, Touch};
-use crate::param::{Param, Scale};
+use crate::param::Param;
 use crate::real::Real;
 use crate::vehicle::{BodyLoads, Motion, Vehicle};
 
@@ -18,16 +18,12 @@ pub struct AeroDrag;
 impl Effect for AeroDrag {
     const NAME: &'static str = "aero-drag";
     const SUMMARY: &'static str = "air resistance";
-    const PARAMS: &'static [Param] = &[Param {
-        name: "magnitude",
-        symbol: "e",
-        unit: "N s²/m²",
-        min: 0.0,
-        max: 1000.0,
-        scale: Scale::Linear,
-        prior_sd: 8.0,
-        doc: "drag coefficient",
-    }];
+    const PARAMS: &'static [Param] = &[Param::magnitude(
+        "N s²/m²",
+        [0.0, 1000.0],
+        8.0,
+        "drag coefficient",
+    )];
     const REFERENCE: &'static str = "chosen form and prior";
     const TOUCHES: &'static [Touch] = &[Touch::Loads];
     const SCOPE: Scope = Scope::Drive;

@@ -10,7 +10,7 @@ use crate::contact::Contact;
 use crate::effect::{Effect, Touch};
 use crate::forces::WheelForces;
 use crate::model::Soil;
-use crate::param::{Param, Scale};
+use crate::param::Param;
 use crate::real::Real;
 
 /// The wheel pushes soil ahead of it.
@@ -20,16 +20,12 @@ pub struct Bulldozing;
 impl Effect for Bulldozing {
     const NAME: &'static str = "bulldozing";
     const SUMMARY: &'static str = "the wheel pushes soil ahead of it";
-    const PARAMS: &'static [Param] = &[Param {
-        name: "magnitude",
-        symbol: "e",
-        unit: "1",
-        min: 0.0,
-        max: 20.0,
-        scale: Scale::Linear,
-        prior_sd: 1.0,
-        doc: "share of the passive earth pressure of the sinkage depth",
-    }];
+    const PARAMS: &'static [Param] = &[Param::magnitude(
+        "1",
+        [0.0, 20.0],
+        1.0,
+        "share of the passive earth pressure of the sinkage depth",
+    )];
     const REFERENCE: &'static str = "M. G. Bekker, Introduction to Terrain-Vehicle Systems, 1969; passive earth pressure (Rankine)";
     const NEEDS_SOIL: &'static [&'static str] = &["cohesion", "friction_angle"];
     const TOUCHES: &'static [Touch] = &[Touch::Forces];

@@ -7,7 +7,7 @@
 //! chosen form and prior.
 
 use crate::effect::{Effect, Scope, Touch};
-use crate::param::{Param, Scale};
+use crate::param::Param;
 use crate::real::Real;
 use crate::vehicle::Vehicle;
 
@@ -18,16 +18,12 @@ pub struct CgOffset;
 impl Effect for CgOffset {
     const NAME: &'static str = "cg-offset";
     const SUMMARY: &'static str = "the centre of mass lies elsewhere along the vehicle";
-    const PARAMS: &'static [Param] = &[Param {
-        name: "magnitude",
-        symbol: "e",
-        unit: "1",
-        min: -0.45,
-        max: 0.45,
-        scale: Scale::Linear,
-        prior_sd: 0.08,
-        doc: "offset over wheelbase, forward positive",
-    }];
+    const PARAMS: &'static [Param] = &[Param::magnitude(
+        "1",
+        [-0.45, 0.45],
+        0.08,
+        "offset over wheelbase, forward positive",
+    )];
     const REFERENCE: &'static str = "chosen form and prior";
     const TOUCHES: &'static [Touch] = &[Touch::Vehicle];
     const SCOPE: Scope = Scope::Drive;

@@ -7,7 +7,7 @@
 //! chosen form and prior.
 
 use crate::effect::{Channel, Effect, Scope, Touch};
-use crate::param::{Param, Scale};
+use crate::param::{EITHER_SIGN, Param};
 use crate::real::Real;
 
 /// The load cell of the drawbar has an offset.
@@ -17,16 +17,7 @@ pub struct DrawbarBias;
 impl Effect for DrawbarBias {
     const NAME: &'static str = "drawbar-bias";
     const SUMMARY: &'static str = "the load cell of the drawbar has an offset";
-    const PARAMS: &'static [Param] = &[Param {
-        name: "magnitude",
-        symbol: "e",
-        unit: "N",
-        min: f64::NEG_INFINITY,
-        max: f64::INFINITY,
-        scale: Scale::Linear,
-        prior_sd: 2.0,
-        doc: "offset",
-    }];
+    const PARAMS: &'static [Param] = &[Param::magnitude("N", EITHER_SIGN, 2.0, "offset")];
     const REFERENCE: &'static str = "chosen form and prior";
     const TOUCHES: &'static [Touch] = &[Touch::Sensor];
     const SCOPE: Scope = Scope::Rig;

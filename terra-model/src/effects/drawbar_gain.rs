@@ -7,7 +7,7 @@
 //! chosen form and prior.
 
 use crate::effect::{Channel, Effect, Scope, Touch};
-use crate::param::{Param, Scale};
+use crate::param::Param;
 use crate::real::Real;
 
 /// The load cell of the drawbar is off by a factor.
@@ -17,16 +17,12 @@ pub struct DrawbarGain;
 impl Effect for DrawbarGain {
     const NAME: &'static str = "drawbar-gain";
     const SUMMARY: &'static str = "the load cell of the drawbar is off by a factor";
-    const PARAMS: &'static [Param] = &[Param {
-        name: "magnitude",
-        symbol: "e",
-        unit: "1",
-        min: -0.9,
-        max: 5.0,
-        scale: Scale::Linear,
-        prior_sd: 0.05,
-        doc: "relative error of the load cell",
-    }];
+    const PARAMS: &'static [Param] = &[Param::magnitude(
+        "1",
+        [-0.9, 5.0],
+        0.05,
+        "relative error of the load cell",
+    )];
     const REFERENCE: &'static str = "chosen form and prior";
     const TOUCHES: &'static [Touch] = &[Touch::Sensor];
     const SCOPE: Scope = Scope::Rig;

@@ -7,7 +7,7 @@
 //! chosen form and prior.
 
 use crate::effect::{Effect, Touch};
-use crate::param::{Param, Scale};
+use crate::param::Param;
 use crate::real::Real;
 use crate::vehicle::{BodyLoads, Motion, Vehicle};
 
@@ -18,16 +18,12 @@ pub struct DrivetrainCoulombFriction;
 impl Effect for DrivetrainCoulombFriction {
     const NAME: &'static str = "drivetrain-coulomb-friction";
     const SUMMARY: &'static str = "dry friction between motor and wheel";
-    const PARAMS: &'static [Param] = &[Param {
-        name: "magnitude",
-        symbol: "e",
-        unit: "N m",
-        min: 0.0,
-        max: 500.0,
-        scale: Scale::Linear,
-        prior_sd: 2.0,
-        doc: "friction torque at the wheel",
-    }];
+    const PARAMS: &'static [Param] = &[Param::magnitude(
+        "N m",
+        [0.0, 500.0],
+        2.0,
+        "friction torque at the wheel",
+    )];
     const REFERENCE: &'static str = "chosen form and prior";
     const TOUCHES: &'static [Touch] = &[Touch::Loads];
     const REGIME: &'static str = "torque offset at every slip; reversal changes its sign";

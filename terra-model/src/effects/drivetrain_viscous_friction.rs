@@ -7,7 +7,7 @@
 //! chosen form and prior.
 
 use crate::effect::{Effect, Touch};
-use crate::param::{Param, Scale};
+use crate::param::{EITHER_SIGN, Param};
 use crate::real::Real;
 use crate::vehicle::{BodyLoads, Motion, Vehicle};
 
@@ -18,16 +18,12 @@ pub struct DrivetrainViscousFriction;
 impl Effect for DrivetrainViscousFriction {
     const NAME: &'static str = "drivetrain-viscous-friction";
     const SUMMARY: &'static str = "friction between motor and wheel that grows with speed";
-    const PARAMS: &'static [Param] = &[Param {
-        name: "magnitude",
-        symbol: "e",
-        unit: "N m s",
-        min: f64::NEG_INFINITY,
-        max: f64::INFINITY,
-        scale: Scale::Linear,
-        prior_sd: 0.8,
-        doc: "friction coefficient at the wheel",
-    }];
+    const PARAMS: &'static [Param] = &[Param::magnitude(
+        "N m s",
+        EITHER_SIGN,
+        0.8,
+        "friction coefficient at the wheel",
+    )];
     const REFERENCE: &'static str = "chosen form and prior";
     const TOUCHES: &'static [Touch] = &[Touch::Loads];
     const REGIME: &'static str = "torque against wheel speed";

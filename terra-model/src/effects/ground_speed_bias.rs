@@ -7,7 +7,7 @@
 //! chosen form and prior.
 
 use crate::effect::{Channel, Effect, Scope, Touch};
-use crate::param::{Param, Scale};
+use crate::param::{EITHER_SIGN, Param};
 use crate::real::Real;
 
 /// The logged ground speed has an offset.
@@ -17,16 +17,7 @@ pub struct GroundSpeedBias;
 impl Effect for GroundSpeedBias {
     const NAME: &'static str = "ground-speed-bias";
     const SUMMARY: &'static str = "the logged ground speed has an offset";
-    const PARAMS: &'static [Param] = &[Param {
-        name: "magnitude",
-        symbol: "e",
-        unit: "m/s",
-        min: f64::NEG_INFINITY,
-        max: f64::INFINITY,
-        scale: Scale::Linear,
-        prior_sd: 0.05,
-        doc: "offset",
-    }];
+    const PARAMS: &'static [Param] = &[Param::magnitude("m/s", EITHER_SIGN, 0.05, "offset")];
     const REFERENCE: &'static str = "chosen form and prior";
     const TOUCHES: &'static [Touch] = &[Touch::Sensor];
     const SCOPE: Scope = Scope::Drive;

@@ -7,7 +7,7 @@
 //! chosen form and prior.
 
 use crate::effect::{Channel, Effect, Scope, Touch};
-use crate::param::{Param, Scale};
+use crate::param::Param;
 use crate::real::Real;
 
 /// The logged ground speed is late.
@@ -17,16 +17,7 @@ pub struct GroundSpeedDelay;
 impl Effect for GroundSpeedDelay {
     const NAME: &'static str = "ground-speed-delay";
     const SUMMARY: &'static str = "the logged ground speed is late";
-    const PARAMS: &'static [Param] = &[Param {
-        name: "magnitude",
-        symbol: "e",
-        unit: "s",
-        min: 0.0,
-        max: 2.0,
-        scale: Scale::Linear,
-        prior_sd: 0.1,
-        doc: "delay",
-    }];
+    const PARAMS: &'static [Param] = &[Param::magnitude("s", [0.0, 2.0], 0.1, "delay")];
     const REFERENCE: &'static str = "chosen form and prior";
     const TOUCHES: &'static [Touch] = &[Touch::Sensor];
     const SCOPE: Scope = Scope::Drive;

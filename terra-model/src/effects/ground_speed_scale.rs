@@ -7,7 +7,7 @@
 //! chosen form and prior.
 
 use crate::effect::{Channel, Effect, Touch};
-use crate::param::{Param, Scale};
+use crate::param::Param;
 use crate::real::Real;
 
 /// The logged ground speed is off by a factor.
@@ -17,16 +17,12 @@ pub struct GroundSpeedScale;
 impl Effect for GroundSpeedScale {
     const NAME: &'static str = "ground-speed-scale";
     const SUMMARY: &'static str = "the logged ground speed is off by a factor";
-    const PARAMS: &'static [Param] = &[Param {
-        name: "magnitude",
-        symbol: "e",
-        unit: "1",
-        min: -0.9,
-        max: 5.0,
-        scale: Scale::Linear,
-        prior_sd: 0.05,
-        doc: "relative error of the speed",
-    }];
+    const PARAMS: &'static [Param] = &[Param::magnitude(
+        "1",
+        [-0.9, 5.0],
+        0.05,
+        "relative error of the speed",
+    )];
     const REFERENCE: &'static str = "chosen form and prior";
     const TOUCHES: &'static [Touch] = &[Touch::Sensor];
     const REGIME: &'static str = "slip at low slip";

@@ -9,7 +9,7 @@
 use crate::contact::{Contact, Hook};
 use crate::effect::{Effect, Touch};
 use crate::model::Soil;
-use crate::param::{Param, Scale};
+use crate::param::Param;
 use crate::real::Real;
 
 /// Lugs shear the soil at their tips.
@@ -19,16 +19,12 @@ pub struct Grousers;
 impl Effect for Grousers {
     const NAME: &'static str = "grousers";
     const SUMMARY: &'static str = "lugs shear the soil at their tips";
-    const PARAMS: &'static [Param] = &[Param {
-        name: "magnitude",
-        symbol: "e",
-        unit: "m",
-        min: 0.0,
-        max: 0.2,
-        scale: Scale::Linear,
-        prior_sd: 0.015,
-        doc: "effective lug height",
-    }];
+    const PARAMS: &'static [Param] = &[Param::magnitude(
+        "m",
+        [0.0, 0.2],
+        0.015,
+        "effective lug height",
+    )];
     const REFERENCE: &'static str =
         "L. Ding et al., J. Terramechanics 48(1):27-45, 2011; chosen form and prior";
     const NEEDS: &'static [Hook] = &[Hook::LugHeight];

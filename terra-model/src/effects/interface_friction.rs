@@ -9,7 +9,7 @@
 use crate::contact::{Contact, Hook};
 use crate::effect::{Effect, Touch};
 use crate::model::Soil;
-use crate::param::{Param, Scale};
+use crate::param::Param;
 use crate::real::Real;
 
 /// The smooth rim slides before the soil shears.
@@ -19,16 +19,12 @@ pub struct InterfaceFriction;
 impl Effect for InterfaceFriction {
     const NAME: &'static str = "interface-friction";
     const SUMMARY: &'static str = "the smooth rim slides before the soil shears";
-    const PARAMS: &'static [Param] = &[Param {
-        name: "magnitude",
-        symbol: "e",
-        unit: "1",
-        min: 0.0,
-        max: 0.99,
-        scale: Scale::Linear,
-        prior_sd: 0.3,
-        doc: "strength lost at the interface",
-    }];
+    const PARAMS: &'static [Param] = &[Param::magnitude(
+        "1",
+        [0.0, 0.99],
+        0.3,
+        "strength lost at the interface",
+    )];
     const REFERENCE: &'static str =
         "J. G. Potyondy, Géotechnique 11(4), 1961; chosen form and prior";
     const NEEDS: &'static [Hook] = &[Hook::Cohesion, Hook::Friction];

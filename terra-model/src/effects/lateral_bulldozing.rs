@@ -13,7 +13,7 @@ use crate::effect::{Effect, Scope, Touch};
 use crate::effects::bulldozing::push_per_width;
 use crate::forces::WheelForces;
 use crate::model::Soil;
-use crate::param::{Param, Scale};
+use crate::param::Param;
 use crate::real::Real;
 
 /// A wheel dragged sideways pushes soil with its flank.
@@ -23,16 +23,12 @@ pub struct LateralBulldozing;
 impl Effect for LateralBulldozing {
     const NAME: &'static str = "lateral-bulldozing";
     const SUMMARY: &'static str = "a wheel dragged sideways pushes soil with its flank";
-    const PARAMS: &'static [Param] = &[Param {
-        name: "magnitude",
-        symbol: "e",
-        unit: "1",
-        min: 0.0,
-        max: 20.0,
-        scale: Scale::Linear,
-        prior_sd: 1.5,
-        doc: "share of the passive earth pressure on .12 wheelbases of flank",
-    }];
+    const PARAMS: &'static [Param] = &[Param::magnitude(
+        "1",
+        [0.0, 20.0],
+        1.5,
+        "share of the passive earth pressure on .12 wheelbases of flank",
+    )];
     const REFERENCE: &'static str = "Rankine passive pressure; G. Ishigami et al., J. Field Robotics 24(3), 2007; chosen form and prior";
     const NEEDS_SOIL: &'static [&'static str] = &["cohesion", "friction_angle"];
     const TOUCHES: &'static [Touch] = &[Touch::Forces];

@@ -9,7 +9,7 @@
 use crate::contact::{Contact, Hook};
 use crate::effect::{Effect, Scope, Touch};
 use crate::model::Soil;
-use crate::param::{Param, Scale};
+use crate::param::{EITHER_SIGN, Param};
 use crate::real::Real;
 
 /// The soil differs between left and right.
@@ -19,16 +19,12 @@ pub struct LateralContrast;
 impl Effect for LateralContrast {
     const NAME: &'static str = "lateral-contrast";
     const SUMMARY: &'static str = "the soil differs between left and right";
-    const PARAMS: &'static [Param] = &[Param {
-        name: "magnitude",
-        symbol: "e",
-        unit: "1",
-        min: f64::NEG_INFINITY,
-        max: f64::INFINITY,
-        scale: Scale::Linear,
-        prior_sd: 0.5,
-        doc: "log ratio of right to left stiffness",
-    }];
+    const PARAMS: &'static [Param] = &[Param::magnitude(
+        "1",
+        EITHER_SIGN,
+        0.5,
+        "log ratio of right to left stiffness",
+    )];
     const REFERENCE: &'static str = "chosen form and prior";
     const NEEDS: &'static [Hook] = &[Hook::Stiffness];
     const TOUCHES: &'static [Touch] = &[Touch::Contact];

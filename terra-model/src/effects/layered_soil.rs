@@ -9,7 +9,7 @@
 use crate::contact::{Contact, Hook};
 use crate::effect::{Effect, Touch};
 use crate::model::Soil;
-use crate::param::{Param, Scale};
+use crate::param::Param;
 use crate::real::Real;
 
 /// A stiffer layer lies some way below the surface.
@@ -22,16 +22,12 @@ const DEPTH: f64 = 0.03;
 impl Effect for LayeredSoil {
     const NAME: &'static str = "layered-soil";
     const SUMMARY: &'static str = "a stiffer layer lies 30 mm below the surface";
-    const PARAMS: &'static [Param] = &[Param {
-        name: "magnitude",
-        symbol: "e",
-        unit: "1",
-        min: 0.0,
-        max: 100.0,
-        scale: Scale::Linear,
-        prior_sd: 2.0,
-        doc: "stiffness of the layer over the secant stiffness of the soil above it",
-    }];
+    const PARAMS: &'static [Param] = &[Param::magnitude(
+        "1",
+        [0.0, 100.0],
+        2.0,
+        "stiffness of the layer over the secant stiffness of the soil above it",
+    )];
     const REFERENCE: &'static str =
         "J. Y. Wong, Theory of Ground Vehicles (layered terrain); chosen form and prior";
     const NEEDS: &'static [Hook] = &[Hook::Layer];

@@ -9,7 +9,7 @@
 use crate::contact::Contact;
 use crate::effect::{Effect, Scope, Touch};
 use crate::model::Soil;
-use crate::param::{Param, Scale};
+use crate::param::Param;
 use crate::real::Real;
 
 /// The normal load on the rig differs from the logged one.
@@ -19,16 +19,12 @@ pub struct LoadError;
 impl Effect for LoadError {
     const NAME: &'static str = "load-error";
     const SUMMARY: &'static str = "the normal load on the rig differs from the logged one";
-    const PARAMS: &'static [Param] = &[Param {
-        name: "magnitude",
-        symbol: "e",
-        unit: "1",
-        min: -0.9,
-        max: 5.0,
-        scale: Scale::Linear,
-        prior_sd: 0.1,
-        doc: "relative error of the load",
-    }];
+    const PARAMS: &'static [Param] = &[Param::magnitude(
+        "1",
+        [-0.9, 5.0],
+        0.1,
+        "relative error of the load",
+    )];
     const REFERENCE: &'static str = "chosen form and prior";
     const TOUCHES: &'static [Touch] = &[Touch::Contact];
     const SCOPE: Scope = Scope::Rig;

@@ -7,7 +7,7 @@
 //! chosen form and prior.
 
 use crate::effect::{Effect, Scope, Touch};
-use crate::param::{Param, Scale};
+use crate::param::Param;
 use crate::real::Real;
 use crate::vehicle::Vehicle;
 
@@ -18,16 +18,12 @@ pub struct MassError;
 impl Effect for MassError {
     const NAME: &'static str = "mass-error";
     const SUMMARY: &'static str = "the mass is not the one in the file";
-    const PARAMS: &'static [Param] = &[Param {
-        name: "magnitude",
-        symbol: "e",
-        unit: "1",
-        min: -0.9,
-        max: 5.0,
-        scale: Scale::Linear,
-        prior_sd: 0.12,
-        doc: "relative error of the mass",
-    }];
+    const PARAMS: &'static [Param] = &[Param::magnitude(
+        "1",
+        [-0.9, 5.0],
+        0.12,
+        "relative error of the mass",
+    )];
     const REFERENCE: &'static str = "chosen form and prior";
     const TOUCHES: &'static [Touch] = &[Touch::Vehicle];
     const SCOPE: Scope = Scope::Drive;

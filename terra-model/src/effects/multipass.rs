@@ -9,7 +9,7 @@
 use crate::contact::{Contact, Hook};
 use crate::effect::{Effect, Touch};
 use crate::model::Soil;
-use crate::param::{Param, Scale};
+use crate::param::Param;
 use crate::real::Real;
 
 /// Soil compacted by earlier passes is stiffer and stronger.
@@ -19,16 +19,12 @@ pub struct Multipass;
 impl Effect for Multipass {
     const NAME: &'static str = "multipass";
     const SUMMARY: &'static str = "soil compacted by earlier passes is stiffer and stronger";
-    const PARAMS: &'static [Param] = &[Param {
-        name: "magnitude",
-        symbol: "e",
-        unit: "1",
-        min: 0.0,
-        max: 10.0,
-        scale: Scale::Linear,
-        prior_sd: 0.8,
-        doc: "relative stiffening after many passes",
-    }];
+    const PARAMS: &'static [Param] = &[Param::magnitude(
+        "1",
+        [0.0, 10.0],
+        0.8,
+        "relative stiffening after many passes",
+    )];
     const REFERENCE: &'static str =
         "S. Senatore, C. Sandu, J. Terramechanics 48(4):265-276, 2011; chosen form and prior";
     const NEEDS: &'static [Hook] = &[Hook::Stiffness, Hook::ShearModulus, Hook::Cohesion];

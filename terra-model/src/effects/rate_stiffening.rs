@@ -9,7 +9,7 @@
 use crate::contact::{Contact, Hook};
 use crate::effect::{Effect, Touch};
 use crate::model::Soil;
-use crate::param::{Param, Scale};
+use crate::param::{EITHER_SIGN, Param};
 use crate::real::Real;
 
 /// Soil resists faster loading more.
@@ -19,16 +19,12 @@ pub struct RateStiffening;
 impl Effect for RateStiffening {
     const NAME: &'static str = "rate-stiffening";
     const SUMMARY: &'static str = "soil resists faster loading more";
-    const PARAMS: &'static [Param] = &[Param {
-        name: "magnitude",
-        symbol: "e",
-        unit: "1",
-        min: f64::NEG_INFINITY,
-        max: f64::INFINITY,
-        scale: Scale::Linear,
-        prior_sd: 0.35,
-        doc: "exponent of speed",
-    }];
+    const PARAMS: &'static [Param] = &[Param::magnitude(
+        "1",
+        EITHER_SIGN,
+        0.35,
+        "exponent of speed",
+    )];
     const REFERENCE: &'static str =
         "W. Grahn, J. Terramechanics 28(4), 1991; chosen form and prior";
     const NEEDS: &'static [Hook] = &[Hook::Stiffness];

@@ -9,7 +9,7 @@
 use crate::contact::{Contact, Hook};
 use crate::effect::{Effect, Touch};
 use crate::model::Soil;
-use crate::param::{Param, Scale};
+use crate::param::Param;
 use crate::real::Real;
 
 /// Soil behind the wheel rebounds and stays in contact.
@@ -19,16 +19,12 @@ pub struct RearContact;
 impl Effect for RearContact {
     const NAME: &'static str = "rear-contact";
     const SUMMARY: &'static str = "soil behind the wheel rebounds and stays in contact";
-    const PARAMS: &'static [Param] = &[Param {
-        name: "magnitude",
-        symbol: "e",
-        unit: "1",
-        min: 0.0,
-        max: 0.9,
-        scale: Scale::Linear,
-        prior_sd: 0.35,
-        doc: "exit angle over entry angle",
-    }];
+    const PARAMS: &'static [Param] = &[Param::magnitude(
+        "1",
+        [0.0, 0.9],
+        0.35,
+        "exit angle over entry angle",
+    )];
     const REFERENCE: &'static str = "J. Y. Wong, Theory of Ground Vehicles; chosen form and prior";
     const NEEDS: &'static [Hook] = &[Hook::ExitRatio];
     const TOUCHES: &'static [Touch] = &[Touch::Contact];

@@ -9,7 +9,7 @@
 use crate::contact::{Contact, Hook};
 use crate::effect::{Effect, Touch};
 use crate::model::Soil;
-use crate::param::{Param, Scale};
+use crate::param::Param;
 use crate::real::Real;
 
 /// Shear stress peaks before it settles (dense or crusted soil).
@@ -19,16 +19,12 @@ pub struct ShearHump;
 impl Effect for ShearHump {
     const NAME: &'static str = "shear-hump";
     const SUMMARY: &'static str = "shear stress peaks before it settles (dense or crusted soil)";
-    const PARAMS: &'static [Param] = &[Param {
-        name: "magnitude",
-        symbol: "e",
-        unit: "1",
-        min: 0.0,
-        max: 5.0,
-        scale: Scale::Linear,
-        prior_sd: 0.35,
-        doc: "height of the peak over the plateau",
-    }];
+    const PARAMS: &'static [Param] = &[Param::magnitude(
+        "1",
+        [0.0, 5.0],
+        0.35,
+        "height of the peak over the plateau",
+    )];
     const REFERENCE: &'static str =
         "J. Y. Wong, J. Preston-Thomas, J. Terramechanics 19(4), 1983; chosen form and prior";
     const NEEDS: &'static [Hook] = &[Hook::ShearHump];

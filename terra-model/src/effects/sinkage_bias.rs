@@ -7,7 +7,7 @@
 //! chosen form and prior.
 
 use crate::effect::{Channel, Effect, Scope, Touch};
-use crate::param::{Param, Scale};
+use crate::param::{EITHER_SIGN, Param};
 use crate::real::Real;
 
 /// The sinkage sensor has an offset.
@@ -17,16 +17,7 @@ pub struct SinkageBias;
 impl Effect for SinkageBias {
     const NAME: &'static str = "sinkage-bias";
     const SUMMARY: &'static str = "the sinkage sensor has an offset";
-    const PARAMS: &'static [Param] = &[Param {
-        name: "magnitude",
-        symbol: "e",
-        unit: "m",
-        min: f64::NEG_INFINITY,
-        max: f64::INFINITY,
-        scale: Scale::Linear,
-        prior_sd: 0.002,
-        doc: "offset",
-    }];
+    const PARAMS: &'static [Param] = &[Param::magnitude("m", EITHER_SIGN, 0.002, "offset")];
     const REFERENCE: &'static str = "chosen form and prior";
     const TOUCHES: &'static [Touch] = &[Touch::Sensor];
     const SCOPE: Scope = Scope::Rig;

@@ -10,7 +10,7 @@
 use crate::contact::{Contact, Hook};
 use crate::effect::{Effect, Touch};
 use crate::model::Soil;
-use crate::param::{Param, Scale};
+use crate::param::Param;
 use crate::real::Real;
 
 /// A wheel that does not steer is dragged sideways in a turn.
@@ -20,16 +20,12 @@ pub struct SkidSteerLateralSlip;
 impl Effect for SkidSteerLateralSlip {
     const NAME: &'static str = "skid-steer-lateral-slip";
     const SUMMARY: &'static str = "a wheel that does not steer is dragged sideways in a turn";
-    const PARAMS: &'static [Param] = &[Param {
-        name: "magnitude",
-        symbol: "e",
-        unit: "1",
-        min: 0.0,
-        max: 1.5,
-        scale: Scale::Linear,
-        prior_sd: 0.5,
-        doc: "share of the geometric slip angle that shears the soil",
-    }];
+    const PARAMS: &'static [Param] = &[Param::magnitude(
+        "1",
+        [0.0, 1.5],
+        0.5,
+        "share of the geometric slip angle that shears the soil",
+    )];
     const REFERENCE: &'static str = "G. Ishigami, A. Miwa, K. Nagatani, K. Yoshida, J. Field Robotics 24(3):233-250, 2007; chosen form and prior";
     const NEEDS: &'static [Hook] = &[Hook::LateralSlip];
     const TOUCHES: &'static [Touch] = &[Touch::Contact];

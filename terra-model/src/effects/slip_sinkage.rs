@@ -9,7 +9,7 @@
 use crate::contact::{Contact, Hook};
 use crate::effect::{Effect, Touch};
 use crate::model::Soil;
-use crate::param::{Param, Scale};
+use crate::param::Param;
 use crate::real::Real;
 
 /// The wheel digs itself in as it slips: the sinkage exponent grows with slip.
@@ -20,16 +20,12 @@ impl Effect for SlipSinkage {
     const NAME: &'static str = "slip-sinkage";
     const SUMMARY: &'static str =
         "the wheel digs itself in as it slips: the sinkage exponent grows with slip";
-    const PARAMS: &'static [Param] = &[Param {
-        name: "magnitude",
-        symbol: "e",
-        unit: "1",
-        min: 0.0,
-        max: 5.0,
-        scale: Scale::Linear,
-        prior_sd: 0.4,
-        doc: "growth of the sinkage exponent with slip",
-    }];
+    const PARAMS: &'static [Param] = &[Param::magnitude(
+        "1",
+        [0.0, 5.0],
+        0.4,
+        "growth of the sinkage exponent with slip",
+    )];
     const REFERENCE: &'static str = "L. Ding et al., J. Field Robotics 28(6), 2011: n = n0 + n1 s";
     const NEEDS: &'static [Hook] = &[Hook::SinkageExponent];
     const TOUCHES: &'static [Touch] = &[Touch::Contact];

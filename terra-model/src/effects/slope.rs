@@ -7,7 +7,7 @@
 //! chosen form and prior.
 
 use crate::effect::{Effect, Scope, Touch};
-use crate::param::{Param, Scale};
+use crate::param::Param;
 use crate::real::Real;
 use crate::vehicle::Vehicle;
 
@@ -18,16 +18,12 @@ pub struct Slope;
 impl Effect for Slope {
     const NAME: &'static str = "slope";
     const SUMMARY: &'static str = "the ground is inclined";
-    const PARAMS: &'static [Param] = &[Param {
-        name: "magnitude",
-        symbol: "e",
-        unit: "rad",
-        min: -0.8,
-        max: 0.8,
-        scale: Scale::Linear,
-        prior_sd: 0.0349,
-        doc: "inclination, nose-up positive",
-    }];
+    const PARAMS: &'static [Param] = &[Param::magnitude(
+        "rad",
+        [-0.8, 0.8],
+        0.0349,
+        "inclination, nose-up positive",
+    )];
     const REFERENCE: &'static str = "chosen form and prior";
     const TOUCHES: &'static [Touch] = &[Touch::Vehicle];
     const SCOPE: Scope = Scope::Drive;

@@ -9,7 +9,7 @@
 use crate::contact::{Contact, Hook};
 use crate::effect::{Effect, Scope, Touch};
 use crate::model::Soil;
-use crate::param::{Param, Scale};
+use crate::param::{EITHER_SIGN, Param};
 use crate::real::Real;
 
 /// The soil changes along the path.
@@ -19,16 +19,12 @@ pub struct TerrainDrift;
 impl Effect for TerrainDrift {
     const NAME: &'static str = "terrain-drift";
     const SUMMARY: &'static str = "the soil changes along the path";
-    const PARAMS: &'static [Param] = &[Param {
-        name: "magnitude",
-        symbol: "e",
-        unit: "1",
-        min: f64::NEG_INFINITY,
-        max: f64::INFINITY,
-        scale: Scale::Linear,
-        prior_sd: 0.4,
-        doc: "relative change over 8 m",
-    }];
+    const PARAMS: &'static [Param] = &[Param::magnitude(
+        "1",
+        EITHER_SIGN,
+        0.4,
+        "relative change over 8 m",
+    )];
     const REFERENCE: &'static str = "chosen form and prior";
     const NEEDS: &'static [Hook] = &[Hook::Stiffness, Hook::Cohesion];
     const TOUCHES: &'static [Touch] = &[Touch::Contact];

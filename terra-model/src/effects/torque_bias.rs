@@ -7,7 +7,7 @@
 //! chosen form and prior.
 
 use crate::effect::{Channel, Effect, Touch};
-use crate::param::{Param, Scale};
+use crate::param::{EITHER_SIGN, Param};
 use crate::real::Real;
 
 /// The logged torque has an offset.
@@ -17,16 +17,7 @@ pub struct TorqueBias;
 impl Effect for TorqueBias {
     const NAME: &'static str = "torque-bias";
     const SUMMARY: &'static str = "the logged torque has an offset";
-    const PARAMS: &'static [Param] = &[Param {
-        name: "magnitude",
-        symbol: "e",
-        unit: "N m",
-        min: f64::NEG_INFINITY,
-        max: f64::INFINITY,
-        scale: Scale::Linear,
-        prior_sd: 1.5,
-        doc: "offset",
-    }];
+    const PARAMS: &'static [Param] = &[Param::magnitude("N m", EITHER_SIGN, 1.5, "offset")];
     const REFERENCE: &'static str = "chosen form and prior";
     const TOUCHES: &'static [Touch] = &[Touch::Sensor];
     const REGIME: &'static str = "torque only, the same in both directions";

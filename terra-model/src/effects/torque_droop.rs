@@ -7,7 +7,7 @@
 //! chosen form and prior.
 
 use crate::effect::{Channel, Effect, Scope, Touch};
-use crate::param::{Param, Scale};
+use crate::param::Param;
 use crate::real::Real;
 
 /// The logged torque is off at high torque.
@@ -17,16 +17,12 @@ pub struct TorqueDroop;
 impl Effect for TorqueDroop {
     const NAME: &'static str = "torque-droop";
     const SUMMARY: &'static str = "the logged torque is off at high torque";
-    const PARAMS: &'static [Param] = &[Param {
-        name: "magnitude",
-        symbol: "e",
-        unit: "1",
-        min: 0.0,
-        max: 10.0,
-        scale: Scale::Linear,
-        prior_sd: 0.25,
-        doc: "relative error at 60 N m",
-    }];
+    const PARAMS: &'static [Param] = &[Param::magnitude(
+        "1",
+        [0.0, 10.0],
+        0.25,
+        "relative error at 60 N m",
+    )];
     const REFERENCE: &'static str = "chosen form and prior";
     const TOUCHES: &'static [Touch] = &[Touch::Sensor];
     const SCOPE: Scope = Scope::Drive;

@@ -7,7 +7,7 @@
 //! chosen form and prior.
 
 use crate::effect::{Channel, Effect, Touch};
-use crate::param::{Param, Scale};
+use crate::param::Param;
 use crate::real::Real;
 
 /// The logged torque is off by a factor.
@@ -17,16 +17,12 @@ pub struct TorqueScale;
 impl Effect for TorqueScale {
     const NAME: &'static str = "torque-scale";
     const SUMMARY: &'static str = "the logged torque is off by a factor";
-    const PARAMS: &'static [Param] = &[Param {
-        name: "magnitude",
-        symbol: "e",
-        unit: "1",
-        min: -0.9,
-        max: 10.0,
-        scale: Scale::Linear,
-        prior_sd: 0.12,
-        doc: "relative error of the torque constant or efficiency",
-    }];
+    const PARAMS: &'static [Param] = &[Param::magnitude(
+        "1",
+        [-0.9, 10.0],
+        0.12,
+        "relative error of the torque constant or efficiency",
+    )];
     const REFERENCE: &'static str = "chosen form and prior";
     const TOUCHES: &'static [Touch] = &[Touch::Sensor];
     const REGIME: &'static str = "torque only, at every slip";

@@ -7,7 +7,7 @@
 //! chosen form and prior.
 
 use crate::effect::{Effect, Scope, Touch};
-use crate::param::{Param, Scale};
+use crate::param::Param;
 use crate::real::Real;
 use crate::vehicle::{BodyLoads, Motion, Vehicle};
 
@@ -18,16 +18,7 @@ pub struct TowLoad;
 impl Effect for TowLoad {
     const NAME: &'static str = "tow-load";
     const SUMMARY: &'static str = "something is towed";
-    const PARAMS: &'static [Param] = &[Param {
-        name: "magnitude",
-        symbol: "e",
-        unit: "N",
-        min: 0.0,
-        max: 10000.0,
-        scale: Scale::Linear,
-        prior_sd: 40.0,
-        doc: "towing force",
-    }];
+    const PARAMS: &'static [Param] = &[Param::magnitude("N", [0.0, 10000.0], 40.0, "towing force")];
     const REFERENCE: &'static str = "chosen form and prior";
     const TOUCHES: &'static [Touch] = &[Touch::Loads];
     const SCOPE: Scope = Scope::Drive;

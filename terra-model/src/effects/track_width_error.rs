@@ -7,7 +7,7 @@
 //! chosen form and prior.
 
 use crate::effect::{Effect, Scope, Touch};
-use crate::param::{Param, Scale};
+use crate::param::Param;
 use crate::real::Real;
 use crate::vehicle::Vehicle;
 
@@ -18,16 +18,12 @@ pub struct TrackWidthError;
 impl Effect for TrackWidthError {
     const NAME: &'static str = "track-width-error";
     const SUMMARY: &'static str = "the track is not the one in the file";
-    const PARAMS: &'static [Param] = &[Param {
-        name: "magnitude",
-        symbol: "e",
-        unit: "1",
-        min: -0.5,
-        max: 2.0,
-        scale: Scale::Linear,
-        prior_sd: 0.05,
-        doc: "relative error of the track",
-    }];
+    const PARAMS: &'static [Param] = &[Param::magnitude(
+        "1",
+        [-0.5, 2.0],
+        0.05,
+        "relative error of the track",
+    )];
     const REFERENCE: &'static str = "chosen form and prior";
     const TOUCHES: &'static [Touch] = &[Touch::Vehicle];
     const SCOPE: Scope = Scope::Drive;

@@ -9,7 +9,7 @@
 use crate::contact::{Contact, Hook};
 use crate::effect::{Effect, Touch};
 use crate::model::Soil;
-use crate::param::{Param, Scale};
+use crate::param::Param;
 use crate::real::Real;
 
 /// The wheel flattens and meets the ground on a larger radius.
@@ -19,16 +19,12 @@ pub struct WheelCompliance;
 impl Effect for WheelCompliance {
     const NAME: &'static str = "wheel-compliance";
     const SUMMARY: &'static str = "the wheel flattens and meets the ground on a larger radius";
-    const PARAMS: &'static [Param] = &[Param {
-        name: "magnitude",
-        symbol: "e",
-        unit: "1",
-        min: 0.0,
-        max: 5.0,
-        scale: Scale::Linear,
-        prior_sd: 0.3,
-        doc: "relative growth of the contact radius",
-    }];
+    const PARAMS: &'static [Param] = &[Param::magnitude(
+        "1",
+        [0.0, 5.0],
+        0.3,
+        "relative growth of the contact radius",
+    )];
     const REFERENCE: &'static str =
         "M. G. Bekker, Theory of Land Locomotion, 1956; chosen form and prior";
     const NEEDS: &'static [Hook] = &[Hook::ContactRadius];

@@ -9,7 +9,7 @@
 use crate::contact::Contact;
 use crate::effect::{Effect, Touch};
 use crate::model::Soil;
-use crate::param::{Param, Scale};
+use crate::param::Param;
 use crate::real::Real;
 
 /// The wheel radius is not the one in the file.
@@ -19,16 +19,12 @@ pub struct WheelRadiusError;
 impl Effect for WheelRadiusError {
     const NAME: &'static str = "wheel-radius-error";
     const SUMMARY: &'static str = "the wheel radius is not the one in the file";
-    const PARAMS: &'static [Param] = &[Param {
-        name: "magnitude",
-        symbol: "e",
-        unit: "1",
-        min: -0.5,
-        max: 1.0,
-        scale: Scale::Linear,
-        prior_sd: 0.04,
-        doc: "relative error of the radius",
-    }];
+    const PARAMS: &'static [Param] = &[Param::magnitude(
+        "1",
+        [-0.5, 1.0],
+        0.04,
+        "relative error of the radius",
+    )];
     const REFERENCE: &'static str = "chosen form and prior";
     const TOUCHES: &'static [Touch] = &[Touch::Contact];
     const REGIME: &'static str = "slip offset at low slip; torque over pull";

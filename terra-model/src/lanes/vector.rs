@@ -28,6 +28,8 @@ pub trait Vector: Root<Primal = Self> {
     fn gather(values: impl Iterator<Item = f64>) -> Self;
     /// Value of one lane.
     fn lane(self, lane: usize) -> f64;
+    /// Values of all lanes, zero beyond the last.
+    fn lanes<const MOST: usize>(self) -> [f64; MOST];
 
     /// e^r - 1 on the reduced range and 2^k, x = r + k ln 2.
     #[inline]
@@ -76,7 +78,7 @@ pub trait Vector: Root<Primal = Self> {
     #[inline]
     fn sine_defects(self) -> (Self, Self) {
         let y = self * self;
-        let (sine_skip, cosine_skip) = if Self::DOUBLE { (0, 0) } else { (5, 4) };
+        let (sine_skip, cosine_skip) = if Self::DOUBLE { (0, 0) } else { (5, 5) };
         let sine = series(y, &T_MINUS_SIN[sine_skip..]) * (y * self);
         let cosine = series(y, &ONE_MINUS_COS[cosine_skip..]) * y;
         (sine, cosine)
@@ -175,6 +177,14 @@ macro_rules! vector {
             #[inline]
             fn lane(self, lane: usize) -> f64 {
                 self.0.to_array().get(lane).map_or(f64::NAN, |&x| x.into())
+            }
+            #[inline]
+            fn lanes<const MOST: usize>(self) -> [f64; MOST] {
+                let mut out = [0.0; MOST];
+                for (out, &lane) in out.iter_mut().zip(self.0.as_array()) {
+                    *out = lane.into();
+                }
+                out
             }
         }
     };

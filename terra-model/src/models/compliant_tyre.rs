@@ -18,14 +18,14 @@
 
 use crate::contact::{Contact, Hook};
 use crate::error::ModelError;
-use crate::forces::{Angles, Flags, WheelForces};
+use crate::forces::{Angles, Flags, StressPoint, StressProfile, WheelForces};
 use crate::model::{Soil, TerrainModel};
 use crate::models::bekker::PARAMS as BEKKER;
 use crate::models::slots::checks::{self, Must, Values, kinematic, quantity};
 use crate::param::{Param, Scale};
 use crate::quadrature::{rule, t_minus_sin};
 use crate::real::{Real, Root};
-use crate::root::entry_angle;
+use crate::root::balanced;
 
 /// A tyre that flattens on firm ground.
 #[derive(Clone, Copy, Debug, Default)]
@@ -200,10 +200,34 @@ impl<T: Real> Wheel<T> {
         let depth = (load / area).ln() - n * primal.radius.ln();
         let guess = (depth / (n * 2.0 + 1.0)).exp();
         let tangent: Wheel<Tangent<T>> = primal.map(Tangent::<T>::from_primal);
-        let root = entry_angle(load, guess, at.slip.primal(), |a| tangent.sums(a).load)?.exp();
-        let (_, slope) = T::Primal::parts(tangent.sums(root.seed()).load);
-        let root_t = T::from_primal(root);
-        Ok(root_t - (self.sums(root_t).load - at.normal_load) / T::from_primal(slope))
+        balanced(
+            at.normal_load,
+            guess,
+            at.slip.primal(),
+            |angle| tangent.sums(angle).load,
+            |angle| self.sums(angle).load,
+        )
+    }
+}
+
+impl Wheel<f64> {
+    fn stress_at(&self, entry: f64, from: f64, angle: f64) -> StressPoint {
+        let (normal_stress, displacement) = if from > 0.0 && angle <= from {
+            let behind = self.radius * from.cos() * (from.tan() - angle.tan());
+            let start = self.displacement(entry, from);
+            (self.pressure, start + self.slip * behind)
+        } else {
+            let half = (0.5 * (entry - angle)).sin();
+            let depth = 2.0 * self.radius * (0.5 * (entry + angle)).sin() * half;
+            let normal = self.stiffness * depth.max(0.0).powf(self.exponent);
+            (normal, self.displacement(entry, angle))
+        };
+        let strength = self.cohesion + normal_stress * self.tan_friction;
+        StressPoint {
+            angle,
+            normal_stress,
+            shear_stress: strength * self.mobilised(displacement),
+        }
     }
 }
 
@@ -277,6 +301,22 @@ impl TerrainModel for CompliantTyre {
         soil
     }
 
+    /// Of the round front, and of the flat, where the pressure is p_t and points are named by their angle from the axle.
+    fn stresses(
+        &self,
+        p: &[f64],
+        at: &Contact<f64>,
+        points: usize,
+    ) -> Result<Option<StressProfile>, ModelError> {
+        let wheel = Wheel::read(p, at)?;
+        let entry = wheel.entry(at)?;
+        let (from, _) = wheel.flat_from(entry);
+        let stress = |angle| wheel.stress_at(entry, from, angle);
+        let mut profile = StressProfile::sample(-from, from, entry, points, stress);
+        profile.flat = (from > 0.0).then_some(from);
+        Ok(Some(profile))
+    }
+
     /// Dry sand, upland sandy loam and lean clay of the catalogue, under tyres of 60, 150 and 100 kPa.
     fn typical() -> Vec<Vec<f64>> {
         [
@@ -330,6 +370,27 @@ mod tests {
         );
         assert!((f.resistive_torque / (slides * 0.3 * from.cos()) - 1.0).abs() < 2e-3);
         assert!(f.sinkage.unwrap() < 1e-5);
+    }
+
+    /// The front carries up to the tyre's pressure, and the flat just that; without shear displacement there is no shear.
+    #[test]
+    fn stresses_join_where_the_flat_begins() {
+        let at = Contact::new(0.2, 245.25, 0.254, 0.15);
+        let profile = CompliantTyre.stresses(&sand(1e4), &at, 101);
+        let profile = profile.unwrap().unwrap();
+        let flat = profile.flat.unwrap();
+        for point in &profile.points {
+            if point.angle.abs() < flat {
+                assert_eq!(point.normal_stress, 1e4);
+            } else {
+                assert!(point.normal_stress <= 1e4 * (1.0 + 1e-9));
+            }
+        }
+        assert_eq!(profile.max_normal.normal_stress, 1e4);
+        let last = profile.points[100];
+        assert!(last.normal_stress < 1e-3 && last.shear_stress.abs() < 1e-3);
+        let round = CompliantTyre.stresses(&sand(5e6), &at, 11).unwrap();
+        assert_eq!(round.unwrap().flat, None);
     }
 
     /// A tyre harder than the soil ever pushes is round: its pressure does not matter, its lowest point bears k z^n.

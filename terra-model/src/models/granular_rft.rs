@@ -25,7 +25,7 @@ use crate::models::slots::checks::{self, Must, Values};
 use crate::param::{Param, Scale};
 use crate::quadrature::rule;
 use crate::real::{Real, Root};
-use crate::root::entry_angle;
+use crate::root::balanced;
 
 /// A wheel in dry grains.
 #[derive(Clone, Copy, Debug, Default)]
@@ -169,10 +169,13 @@ impl<T: Real> Wheel<T> {
         let tangent: Wheel<Tangent<T>> = primal.map(Tangent::<T>::from_primal);
         // Sand that a slipping rim throws back may carry less at a larger angle: searched as for a braked wheel.
         let slip = at.slip.primal().min_of(T::Primal::from(-1.0));
-        let root = entry_angle(load, guess, slip, |angle| tangent.sums(angle).load)?.exp();
-        let (_, slope) = T::Primal::parts(tangent.sums(root.seed()).load);
-        let root_t = T::from_primal(root);
-        Ok(root_t - (self.sums(root_t).load - at.normal_load) / T::from_primal(slope))
+        balanced(
+            at.normal_load,
+            guess,
+            slip,
+            |angle| tangent.sums(angle).load,
+            |angle| self.sums(angle).load,
+        )
     }
 }
 

@@ -20,7 +20,7 @@ use crate::models::bekker::{self, Ground};
 use crate::param::Param;
 use crate::quadrature::{sinc, t_minus_sin};
 use crate::real::{Real, Root};
-use crate::root::entry_angle;
+use crate::root::balanced;
 
 /// The linearised-stress wheel.
 #[derive(Clone, Copy, Debug, Default)]
@@ -110,10 +110,13 @@ impl LinearStress {
             .compaction_guess(load, primal.radius, primal.width);
         type Tangent<T> = <<T as Real>::Primal as Root>::Tangent;
         let tangent: Wheel<Tangent<T>> = primal.map(Tangent::<T>::from_primal);
-        let root = entry_angle(load, guess, at.slip.primal(), |angle| tangent.load(angle))?.exp();
-        let (_, slope) = T::Primal::parts(tangent.load(root.seed()));
-        let root_t = T::from_primal(root);
-        Ok(root_t - (wheel.load(root_t) - at.normal_load) / T::from_primal(slope))
+        balanced(
+            at.normal_load,
+            guess,
+            at.slip.primal(),
+            |angle| tangent.load(angle),
+            |angle| wheel.load(angle),
+        )
     }
 }
 

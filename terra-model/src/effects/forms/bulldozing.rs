@@ -1,12 +1,12 @@
 //! Other forms of bulldozing: bearing-capacity factors, a pile that rubs on the rim.
 
 use crate::contact::Contact;
-use crate::effect::{Effect, Scope, Touch};
+use crate::effect::{Effect, Touch};
 use crate::effects::Bulldozing;
 use crate::effects::bulldozing::push_per_width;
 use crate::forces::WheelForces;
 use crate::model::Soil;
-use crate::param::{Param, Scale};
+use crate::param::Param;
 use crate::real::Real;
 
 /// Soil is pushed aside ahead of the wheel as under a footing: resistance by bearing-capacity factors.
@@ -22,25 +22,18 @@ use crate::real::Real;
 pub struct BearingCapacity;
 
 impl Effect for BearingCapacity {
-    const NAME: &'static str = <Bulldozing as Effect>::NAME;
+    form_of!(Bulldozing);
     const FORM: &'static str = "bearing-capacity";
     const SUMMARY: &'static str = "soil is pushed aside ahead of the wheel as under a footing: resistance by bearing-capacity factors";
-    const PARAMS: &'static [Param] = &[Param {
-        name: "magnitude",
-        symbol: "e",
-        unit: "1",
-        min: 0.0,
-        max: 20.0,
-        scale: Scale::Linear,
-        prior_sd: 0.5,
-        doc: "share of the bearing resistance ahead",
-    }];
+    const PARAMS: &'static [Param] = &[Param::magnitude(
+        "1",
+        [0.0, 20.0],
+        0.5,
+        "share of the bearing resistance ahead",
+    )];
     const REFERENCE: &'static str = "M. G. Bekker, Introduction to Terrain-Vehicle Systems, 1969, with Terzaghi's factors as in Wong, Theory of Ground Vehicles (recalled)";
     const NEEDS_SOIL: &'static [&'static str] = &["cohesion", "friction_angle"];
     const TOUCHES: &'static [Touch] = &[Touch::Forces];
-    const SCOPE: Scope = <Bulldozing as Effect>::SCOPE;
-    const REGIME: &'static str = <Bulldozing as Effect>::REGIME;
-    const ISOLATED_BY: &'static str = <Bulldozing as Effect>::ISOLATED_BY;
 
     fn after<T: Real>(
         &self,
@@ -84,25 +77,18 @@ impl Effect for BearingCapacity {
 pub struct RubbingPile;
 
 impl Effect for RubbingPile {
-    const NAME: &'static str = <Bulldozing as Effect>::NAME;
+    form_of!(Bulldozing);
     const FORM: &'static str = "rubbing-pile";
     const SUMMARY: &'static str = "the pile ahead rubs on the rim as well as pushes it";
-    const PARAMS: &'static [Param] = &[Param {
-        name: "magnitude",
-        symbol: "e",
-        unit: "1",
-        min: 0.0,
-        max: 20.0,
-        scale: Scale::Linear,
-        prior_sd: 1.0,
-        doc: "share of the passive earth pressure that resists",
-    }];
+    const PARAMS: &'static [Param] = &[Param::magnitude(
+        "1",
+        [0.0, 20.0],
+        1.0,
+        "share of the passive earth pressure that resists",
+    )];
     const REFERENCE: &'static str = "Coulomb friction of a passive wedge on the rim; chosen form";
     const NEEDS_SOIL: &'static [&'static str] = &["cohesion", "friction_angle"];
     const TOUCHES: &'static [Touch] = &[Touch::Forces];
-    const SCOPE: Scope = <Bulldozing as Effect>::SCOPE;
-    const REGIME: &'static str = <Bulldozing as Effect>::REGIME;
-    const ISOLATED_BY: &'static str = <Bulldozing as Effect>::ISOLATED_BY;
 
     fn after<T: Real>(
         &self,

@@ -1,11 +1,28 @@
 //! Other formulas of the effects: one name, several forms, so that an effect whose formula is not the default's is still
 //! called by its name.
 //!
-//! Forms of one name differ in the mechanism that carries the sign (stress, geometry, resistance, strength), not in the
-//! shape of a curve alone.
+//! Forms of one name differ in the mechanism that carries the sign (stress, geometry, resistance, strength) where the
+//! literature has such, and else in a curve that it has. None for what is a definition (a bias, a scale, a mass, a radius,
+//! an inclination), nor where no source was found for a second one: the contrast between sides, the sideways slip of a
+//! skidding wheel, a tow load, drag. A layer below the surface and a shear stress with a residual strength are also slots
+//! of the models (`layered`, `wong-hump`): the published hump has no value at which it is no hump,
+//! so it is a structure and no form of `shear-hump`.
+
+/// What a form has from the effect it is a form of: name, kind of log, where it shows, the experiment that isolates it.
+macro_rules! form_of {
+    ($effect:ty) => {
+        const NAME: &'static str = <$effect as $crate::effect::Effect>::NAME;
+        const SCOPE: $crate::effect::Scope = <$effect as $crate::effect::Effect>::SCOPE;
+        const REGIME: &'static str = <$effect as $crate::effect::Effect>::REGIME;
+        const ISOLATED_BY: &'static str = <$effect as $crate::effect::Effect>::ISOLATED_BY;
+    };
+}
 
 mod bulldozing;
+mod drivetrain_friction;
 mod grousers;
+mod interface_friction;
+mod lateral_bulldozing;
 mod multipass;
 mod rate_stiffening;
 mod rear_contact;
@@ -15,11 +32,14 @@ mod torque_droop;
 mod wheel_compliance;
 
 pub use bulldozing::{BearingCapacity, RubbingPile};
+pub use drivetrain_friction::{Lubricant, Stribeck};
 pub use grousers::SideWalls;
+pub use interface_friction::{Adhesion, SkinAngle};
+pub use lateral_bulldozing::CuttingFlank;
 pub use multipass::{PackedStrength, Rut};
 pub use rate_stiffening::{RimSpeed, ShearRate};
 pub use rear_contact::{ElasticUnloading, EnergyReturn};
-pub use slip_sinkage::Excavation;
+pub use slip_sinkage::{Excavation, Proportional};
 pub use terrain_drift::{StrengthDrift, Undulating};
 pub use torque_droop::{Hyperbola, Knee};
 pub use wheel_compliance::SubstituteCircle;
@@ -57,11 +77,17 @@ fn compaction_work<T: Real>(soil: &Soil<T>, at: &Contact<T>, forces: &WheelForce
 pub(crate) fn register(registry: Registry) -> Registry {
     registry
         .with_effect::<Excavation>()
+        .with_effect::<Proportional>()
         .with_effect::<Rut>()
         .with_effect::<PackedStrength>()
         .with_effect::<BearingCapacity>()
         .with_effect::<RubbingPile>()
         .with_effect::<SideWalls>()
+        .with_effect::<Adhesion>()
+        .with_effect::<SkinAngle>()
+        .with_effect::<CuttingFlank>()
+        .with_effect::<Stribeck>()
+        .with_effect::<Lubricant>()
         .with_effect::<ElasticUnloading>()
         .with_effect::<EnergyReturn>()
         .with_effect::<RimSpeed>()

@@ -2,11 +2,11 @@
 
 use super::compaction_work;
 use crate::contact::{Contact, Hook};
-use crate::effect::{Effect, Scope, Touch};
+use crate::effect::{Effect, Touch};
 use crate::effects::Multipass;
 use crate::forces::WheelForces;
 use crate::model::Soil;
-use crate::param::{Param, Scale};
+use crate::param::Param;
 use crate::real::Real;
 
 /// The rut is there: the earlier wheel paid for its compaction.
@@ -20,25 +20,18 @@ use crate::real::Real;
 pub struct Rut;
 
 impl Effect for Rut {
-    const NAME: &'static str = <Multipass as Effect>::NAME;
+    form_of!(Multipass);
     const FORM: &'static str = "rut";
     const SUMMARY: &'static str = "the rut is there: the earlier wheel paid for its compaction";
-    const PARAMS: &'static [Param] = &[Param {
-        name: "magnitude",
-        symbol: "e",
-        unit: "1",
-        min: 0.0,
-        max: 1.0,
-        scale: Scale::Linear,
-        prior_sd: 0.3,
-        doc: "share of the work of compaction that a track worn in saves",
-    }];
+    const PARAMS: &'static [Param] = &[Param::magnitude(
+        "1",
+        [0.0, 1.0],
+        0.3,
+        "share of the work of compaction that a track worn in saves",
+    )];
     const REFERENCE: &'static str = "M. G. Bekker, Introduction to Terrain-Vehicle Systems, 1969 (repetitive loading); chosen form";
     const NEEDS_SOIL: &'static [&'static str] = &["stiffness", "sinkage_exponent"];
     const TOUCHES: &'static [Touch] = &[Touch::Forces];
-    const SCOPE: Scope = <Multipass as Effect>::SCOPE;
-    const REGIME: &'static str = <Multipass as Effect>::REGIME;
-    const ISOLATED_BY: &'static str = <Multipass as Effect>::ISOLATED_BY;
 
     fn after<T: Real>(
         &self,
@@ -68,25 +61,18 @@ impl Effect for Rut {
 pub struct PackedStrength;
 
 impl Effect for PackedStrength {
-    const NAME: &'static str = <Multipass as Effect>::NAME;
+    form_of!(Multipass);
     const FORM: &'static str = "packed-strength";
     const SUMMARY: &'static str = "soil packed by earlier passes is stronger in shear, not stiffer";
-    const PARAMS: &'static [Param] = &[Param {
-        name: "magnitude",
-        symbol: "e",
-        unit: "1",
-        min: 0.0,
-        max: 10.0,
-        scale: Scale::Linear,
-        prior_sd: 0.5,
-        doc: "relative gain of cohesion after many passes",
-    }];
+    const PARAMS: &'static [Param] = &[Param::magnitude(
+        "1",
+        [0.0, 10.0],
+        0.5,
+        "relative gain of cohesion after many passes",
+    )];
     const REFERENCE: &'static str = "D. Holm, 3rd Int. Conf. ISTVS, 1969 (repeated passes raise density and strength); chosen form";
     const NEEDS: &'static [Hook] = &[Hook::Cohesion, Hook::Friction, Hook::ShearModulus];
     const TOUCHES: &'static [Touch] = &[Touch::Contact];
-    const SCOPE: Scope = <Multipass as Effect>::SCOPE;
-    const REGIME: &'static str = <Multipass as Effect>::REGIME;
-    const ISOLATED_BY: &'static str = <Multipass as Effect>::ISOLATED_BY;
 
     fn before<T: Real>(&self, e: &[T], _soil: &Soil<T>, mut at: Contact<T>) -> Contact<T> {
         let gain = e[0] * -(-at.earlier_passes).exp_m1();

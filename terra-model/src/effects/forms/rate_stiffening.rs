@@ -1,10 +1,10 @@
 //! Other forms of rate-stiffening: by the speed of the rim, by the strength in shear.
 
 use crate::contact::{Contact, Hook};
-use crate::effect::{Effect, Scope, Touch};
+use crate::effect::{Effect, Touch};
 use crate::effects::RateStiffening;
 use crate::model::Soil;
-use crate::param::{Param, Scale};
+use crate::param::{EITHER_SIGN, Param};
 use crate::real::Real;
 
 /// Soil resists faster penetration more, and it is the rim that penetrates.
@@ -18,26 +18,19 @@ use crate::real::Real;
 pub struct RimSpeed;
 
 impl Effect for RimSpeed {
-    const NAME: &'static str = <RateStiffening as Effect>::NAME;
+    form_of!(RateStiffening);
     const FORM: &'static str = "rim-speed";
     const SUMMARY: &'static str =
         "soil resists faster penetration more, and it is the rim that penetrates";
-    const PARAMS: &'static [Param] = &[Param {
-        name: "magnitude",
-        symbol: "e",
-        unit: "1",
-        min: f64::NEG_INFINITY,
-        max: f64::INFINITY,
-        scale: Scale::Linear,
-        prior_sd: 0.35,
-        doc: "exponent of speed",
-    }];
+    const PARAMS: &'static [Param] = &[Param::magnitude(
+        "1",
+        EITHER_SIGN,
+        0.35,
+        "exponent of speed",
+    )];
     const REFERENCE: &'static str = "W. Grahn, J. Terramechanics 28(4), 1991: p = k z^n (dz/dt)^m; the rim sinks with R ω sin θ";
     const NEEDS: &'static [Hook] = &[Hook::Stiffness];
     const TOUCHES: &'static [Touch] = &[Touch::Contact];
-    const SCOPE: Scope = <RateStiffening as Effect>::SCOPE;
-    const REGIME: &'static str = <RateStiffening as Effect>::REGIME;
-    const ISOLATED_BY: &'static str = <RateStiffening as Effect>::ISOLATED_BY;
 
     fn before<T: Real>(&self, e: &[T], _soil: &Soil<T>, mut at: Contact<T>) -> Contact<T> {
         let rim = (at.wheel_speed * at.radius).abs();
@@ -59,25 +52,18 @@ impl Effect for RimSpeed {
 pub struct ShearRate;
 
 impl Effect for ShearRate {
-    const NAME: &'static str = <RateStiffening as Effect>::NAME;
+    form_of!(RateStiffening);
     const FORM: &'static str = "shear-rate";
     const SUMMARY: &'static str = "soil is stronger when it is sheared faster";
-    const PARAMS: &'static [Param] = &[Param {
-        name: "magnitude",
-        symbol: "e",
-        unit: "1",
-        min: f64::NEG_INFINITY,
-        max: f64::INFINITY,
-        scale: Scale::Linear,
-        prior_sd: 0.15,
-        doc: "exponent of the sliding speed",
-    }];
+    const PARAMS: &'static [Param] = &[Param::magnitude(
+        "1",
+        EITHER_SIGN,
+        0.15,
+        "exponent of the sliding speed",
+    )];
     const REFERENCE: &'static str = "power law of shear strength on rate (clays: a few percent a decade), as R. N. Yong, E. A. Fattah, N. Skiadas, Vehicle Traction Mechanics, 1984 (recalled)";
     const NEEDS: &'static [Hook] = &[Hook::Cohesion, Hook::Friction];
     const TOUCHES: &'static [Touch] = &[Touch::Contact];
-    const SCOPE: Scope = <RateStiffening as Effect>::SCOPE;
-    const REGIME: &'static str = <RateStiffening as Effect>::REGIME;
-    const ISOLATED_BY: &'static str = <RateStiffening as Effect>::ISOLATED_BY;
 
     fn before<T: Real>(&self, e: &[T], _soil: &Soil<T>, mut at: Contact<T>) -> Contact<T> {
         let slide = (at.wheel_speed * at.radius - at.speed).abs();

@@ -2,11 +2,11 @@
 
 use super::{REFERENCE_DEPTH, bekker_sinkage, compaction_work};
 use crate::contact::{Contact, Hook};
-use crate::effect::{Effect, Scope, Touch};
+use crate::effect::{Effect, Touch};
 use crate::effects::RearContact;
 use crate::forces::WheelForces;
 use crate::model::Soil;
-use crate::param::{Param, Scale};
+use crate::param::Param;
 use crate::real::Real;
 
 /// Soil rebounds by its unloading slope, most where it yields little.
@@ -21,27 +21,20 @@ use crate::real::Real;
 pub struct ElasticUnloading;
 
 impl Effect for ElasticUnloading {
-    const NAME: &'static str = <RearContact as Effect>::NAME;
+    form_of!(RearContact);
     const FORM: &'static str = "elastic-unloading";
     const SUMMARY: &'static str =
         "soil rebounds by its unloading slope, most where it yields little";
-    const PARAMS: &'static [Param] = &[Param {
-        name: "magnitude",
-        symbol: "e",
-        unit: "1",
-        min: 0.0,
-        max: 0.9,
-        scale: Scale::Linear,
-        prior_sd: 0.3,
-        doc: "exit over entry angle at 20 mm",
-    }];
+    const PARAMS: &'static [Param] = &[Param::magnitude(
+        "1",
+        [0.0, 0.9],
+        0.3,
+        "exit over entry angle at 20 mm",
+    )];
     const REFERENCE: &'static str = "J. Y. Wong, Theory of Ground Vehicles (unloading and reloading); M. G. Bekker, 1969, for z_0";
     const NEEDS: &'static [Hook] = &[Hook::ExitRatio];
     const NEEDS_SOIL: &'static [&'static str] = &["stiffness", "sinkage_exponent"];
     const TOUCHES: &'static [Touch] = &[Touch::Contact];
-    const SCOPE: Scope = <RearContact as Effect>::SCOPE;
-    const REGIME: &'static str = <RearContact as Effect>::REGIME;
-    const ISOLATED_BY: &'static str = <RearContact as Effect>::ISOLATED_BY;
 
     fn before<T: Real>(&self, e: &[T], soil: &Soil<T>, mut at: Contact<T>) -> Contact<T> {
         let (Some(z), Some(n)) = (bekker_sinkage(soil, &at), soil.sinkage_exponent) else {
@@ -64,26 +57,19 @@ impl Effect for ElasticUnloading {
 pub struct EnergyReturn;
 
 impl Effect for EnergyReturn {
-    const NAME: &'static str = <RearContact as Effect>::NAME;
+    form_of!(RearContact);
     const FORM: &'static str = "energy-return";
     const SUMMARY: &'static str =
         "rebounding soil pushes the wheel on and gives back part of the compaction work";
-    const PARAMS: &'static [Param] = &[Param {
-        name: "magnitude",
-        symbol: "e",
-        unit: "1",
-        min: 0.0,
-        max: 0.9,
-        scale: Scale::Linear,
-        prior_sd: 0.3,
-        doc: "share of the compaction work given back",
-    }];
+    const PARAMS: &'static [Param] = &[Param::magnitude(
+        "1",
+        [0.0, 0.9],
+        0.3,
+        "share of the compaction work given back",
+    )];
     const REFERENCE: &'static str = "energy balance of an elastic part e of the compaction work, as J. Y. Wong, Theory of Ground Vehicles; chosen form";
     const NEEDS_SOIL: &'static [&'static str] = &["stiffness", "sinkage_exponent"];
     const TOUCHES: &'static [Touch] = &[Touch::Forces];
-    const SCOPE: Scope = <RearContact as Effect>::SCOPE;
-    const REGIME: &'static str = <RearContact as Effect>::REGIME;
-    const ISOLATED_BY: &'static str = <RearContact as Effect>::ISOLATED_BY;
 
     fn after<T: Real>(
         &self,

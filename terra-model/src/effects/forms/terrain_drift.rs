@@ -1,10 +1,10 @@
 //! Other forms of terrain drift: strength instead of stiffness, ground that comes and goes.
 
 use crate::contact::{Contact, Hook};
-use crate::effect::{Effect, Scope, Touch};
+use crate::effect::{Effect, Touch};
 use crate::effects::TerrainDrift;
 use crate::model::Soil;
-use crate::param::{Param, Scale};
+use crate::param::{EITHER_SIGN, Param};
 use crate::real::Real;
 
 /// The soil's strength changes along the path, its stiffness does not.
@@ -19,26 +19,19 @@ use crate::real::Real;
 pub struct StrengthDrift;
 
 impl Effect for StrengthDrift {
-    const NAME: &'static str = <TerrainDrift as Effect>::NAME;
+    form_of!(TerrainDrift);
     const FORM: &'static str = "strength";
     const SUMMARY: &'static str =
         "the soil's strength changes along the path, its stiffness does not";
-    const PARAMS: &'static [Param] = &[Param {
-        name: "magnitude",
-        symbol: "e",
-        unit: "1",
-        min: f64::NEG_INFINITY,
-        max: f64::INFINITY,
-        scale: Scale::Linear,
-        prior_sd: 0.4,
-        doc: "relative change of cohesion over 8 m",
-    }];
+    const PARAMS: &'static [Param] = &[Param::magnitude(
+        "1",
+        EITHER_SIGN,
+        0.4,
+        "relative change of cohesion over 8 m",
+    )];
     const REFERENCE: &'static str = "chosen form: c varies more over a field than φ, as K. K. Phoon, F. H. Kulhawy, Can. Geotech. J. 36(4):612-624, 1999";
     const NEEDS: &'static [Hook] = &[Hook::Cohesion, Hook::Friction];
     const TOUCHES: &'static [Touch] = &[Touch::Contact];
-    const SCOPE: Scope = <TerrainDrift as Effect>::SCOPE;
-    const REGIME: &'static str = <TerrainDrift as Effect>::REGIME;
-    const ISOLATED_BY: &'static str = <TerrainDrift as Effect>::ISOLATED_BY;
 
     fn before<T: Real>(&self, e: &[T], _soil: &Soil<T>, mut at: Contact<T>) -> Contact<T> {
         at.hooks.cohesion *= (e[0] * at.path / 8.0).exp();
@@ -59,25 +52,18 @@ impl Effect for StrengthDrift {
 pub struct Undulating;
 
 impl Effect for Undulating {
-    const NAME: &'static str = <TerrainDrift as Effect>::NAME;
+    form_of!(TerrainDrift);
     const FORM: &'static str = "undulating";
     const SUMMARY: &'static str = "the soil changes along the path and comes back";
-    const PARAMS: &'static [Param] = &[Param {
-        name: "magnitude",
-        symbol: "e",
-        unit: "1",
-        min: f64::NEG_INFINITY,
-        max: f64::INFINITY,
-        scale: Scale::Linear,
-        prior_sd: 0.4,
-        doc: "relative change of stiffness from mean to crest",
-    }];
+    const PARAMS: &'static [Param] = &[Param::magnitude(
+        "1",
+        EITHER_SIGN,
+        0.4,
+        "relative change of stiffness from mean to crest",
+    )];
     const REFERENCE: &'static str = "chosen form: stiffness with a scale of fluctuation of metres, as K. K. Phoon, F. H. Kulhawy, Can. Geotech. J. 36(4):612-624, 1999";
     const NEEDS: &'static [Hook] = &[Hook::Stiffness, Hook::Cohesion];
     const TOUCHES: &'static [Touch] = &[Touch::Contact];
-    const SCOPE: Scope = <TerrainDrift as Effect>::SCOPE;
-    const REGIME: &'static str = <TerrainDrift as Effect>::REGIME;
-    const ISOLATED_BY: &'static str = <TerrainDrift as Effect>::ISOLATED_BY;
 
     fn before<T: Real>(&self, e: &[T], _soil: &Soil<T>, mut at: Contact<T>) -> Contact<T> {
         let (wave, _) = (at.path * (std::f64::consts::TAU / 8.0)).sin_cos();

@@ -1,8 +1,8 @@
 //! Other forms of torque droop: a hyperbola, a knee.
 
-use crate::effect::{Channel, Effect, Scope, Touch};
+use crate::effect::{Channel, Effect, Touch};
 use crate::effects::TorqueDroop;
-use crate::param::{Param, Scale};
+use crate::param::Param;
 use crate::real::Real;
 
 /// The motor saturates: the logged torque rises first with the square of the torque, then in proportion.
@@ -16,25 +16,18 @@ use crate::real::Real;
 pub struct Hyperbola;
 
 impl Effect for Hyperbola {
-    const NAME: &'static str = <TorqueDroop as Effect>::NAME;
+    form_of!(TorqueDroop);
     const FORM: &'static str = "hyperbola";
     const SUMMARY: &'static str = "the motor saturates: the logged torque rises first with the square of the torque, then in proportion";
-    const PARAMS: &'static [Param] = &[Param {
-        name: "magnitude",
-        symbol: "e",
-        unit: "1",
-        min: 0.0,
-        max: 10.0,
-        scale: Scale::Linear,
-        prior_sd: 0.5,
-        doc: "relative error far above 60 N m, a torque of 60 N m at a time",
-    }];
+    const PARAMS: &'static [Param] = &[Param::magnitude(
+        "1",
+        [0.0, 10.0],
+        0.5,
+        "relative error far above 60 N m, a torque of 60 N m at a time",
+    )];
     const REFERENCE: &'static str =
         "hyperbolic magnetisation curve of a saturating motor; chosen form";
     const TOUCHES: &'static [Touch] = &[Touch::Sensor];
-    const SCOPE: Scope = <TorqueDroop as Effect>::SCOPE;
-    const REGIME: &'static str = <TorqueDroop as Effect>::REGIME;
-    const ISOLATED_BY: &'static str = <TorqueDroop as Effect>::ISOLATED_BY;
 
     fn report<T: Real>(&self, e: &[T], channel: Channel, truth: T, _rate: T) -> T {
         if channel != Channel::WheelTorque {
@@ -56,25 +49,18 @@ impl Effect for Hyperbola {
 pub struct Knee;
 
 impl Effect for Knee {
-    const NAME: &'static str = <TorqueDroop as Effect>::NAME;
+    form_of!(TorqueDroop);
     const FORM: &'static str = "knee";
     const SUMMARY: &'static str =
         "the logged torque is right up to a knee at 10 N m and too large above it";
-    const PARAMS: &'static [Param] = &[Param {
-        name: "magnitude",
-        symbol: "e",
-        unit: "1",
-        min: 0.0,
-        max: 10.0,
-        scale: Scale::Linear,
-        prior_sd: 0.5,
-        doc: "relative error at 60 N m, times two",
-    }];
+    const PARAMS: &'static [Param] = &[Param::magnitude(
+        "1",
+        [0.0, 10.0],
+        0.5,
+        "relative error at 60 N m, times two",
+    )];
     const REFERENCE: &'static str = "knee of the magnetisation curve of a motor; chosen form";
     const TOUCHES: &'static [Touch] = &[Touch::Sensor];
-    const SCOPE: Scope = <TorqueDroop as Effect>::SCOPE;
-    const REGIME: &'static str = <TorqueDroop as Effect>::REGIME;
-    const ISOLATED_BY: &'static str = <TorqueDroop as Effect>::ISOLATED_BY;
 
     fn report<T: Real>(&self, e: &[T], channel: Channel, truth: T, _rate: T) -> T {
         if channel != Channel::WheelTorque {

@@ -2,10 +2,10 @@
 
 use super::{REFERENCE_DEPTH, bekker_sinkage};
 use crate::contact::{Contact, Hook};
-use crate::effect::{Effect, Scope, Touch};
+use crate::effect::{Effect, Touch};
 use crate::effects::WheelCompliance;
 use crate::model::Soil;
-use crate::param::{Param, Scale};
+use crate::param::Param;
 use crate::real::Real;
 
 /// The deflected wheel meets the ground on a larger circle, the larger the less it sinks.
@@ -19,28 +19,21 @@ use crate::real::Real;
 pub struct SubstituteCircle;
 
 impl Effect for SubstituteCircle {
-    const NAME: &'static str = <WheelCompliance as Effect>::NAME;
+    form_of!(WheelCompliance);
     const FORM: &'static str = "substitute-circle";
     const SUMMARY: &'static str =
         "the deflected wheel meets the ground on a larger circle, the larger the less it sinks";
-    const PARAMS: &'static [Param] = &[Param {
-        name: "magnitude",
-        symbol: "e",
-        unit: "1",
-        min: 0.0,
-        max: 2.0,
-        scale: Scale::Linear,
-        prior_sd: 0.15,
-        doc: "root of deflection over 20 mm",
-    }];
+    const PARAMS: &'static [Param] = &[Param::magnitude(
+        "1",
+        [0.0, 2.0],
+        0.15,
+        "root of deflection over 20 mm",
+    )];
     const REFERENCE: &'static str =
         "I. C. Schmid, J. Terramechanics 32(1):3-26, 1995: the larger substitute circle (recalled)";
     const NEEDS: &'static [Hook] = &[Hook::ContactRadius];
     const NEEDS_SOIL: &'static [&'static str] = &["stiffness", "sinkage_exponent"];
     const TOUCHES: &'static [Touch] = &[Touch::Contact];
-    const SCOPE: Scope = <WheelCompliance as Effect>::SCOPE;
-    const REGIME: &'static str = <WheelCompliance as Effect>::REGIME;
-    const ISOLATED_BY: &'static str = <WheelCompliance as Effect>::ISOLATED_BY;
 
     fn before<T: Real>(&self, e: &[T], soil: &Soil<T>, mut at: Contact<T>) -> Contact<T> {
         let Some(z) = bekker_sinkage(soil, &at) else {

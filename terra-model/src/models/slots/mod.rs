@@ -27,7 +27,7 @@ use crate::batch::{Batch, BatchForces, Precision};
 use crate::contact::{Contact, Hook};
 use crate::error::ModelError;
 use crate::forces::{Angles, Contributions, Flags, StressProfile, WheelForces};
-use crate::law::guard;
+use crate::guard::guard;
 use crate::model::{AnyModel, ModelAt, Soil};
 use crate::names::nearest;
 use crate::param::Param;
@@ -199,8 +199,17 @@ pub(crate) fn by_name(name: &str, registered: &[&'static str]) -> Result<Compose
     };
     let is_wheel = WheelKind::ALL.iter().any(|k| k.name() == wheel);
     if registered.contains(&wheel) && !is_wheel {
+        let why = match wheel {
+            "compliant-tyre" => {
+                ": its flat begins at the depth where Bekker's pressure reaches that of the tyre, in closed form"
+            }
+            "braked-two-zone" => {
+                ": driven it is wong-reece, whose slots are open, and its second zone was published for these laws alone"
+            }
+            _ => "",
+        };
         return Err(combination(format!(
-            "{wheel} is a whole model without slots"
+            "{wheel} is a whole model without slots{why}"
         )));
     }
     if !registered.contains(&wheel) {

@@ -123,16 +123,67 @@ fn scm_column_has_the_figures_of_its_closed_form() {
     }
 }
 
-/// Every combination keeps what solvers rely on: minutes, most of them in domains of extreme snow.
-#[test]
-#[ignore = "minutes"]
-fn every_combination_conforms() {
-    let failures: Vec<String> = combinations()
-        .iter()
+fn conform(some: impl IntoIterator<Item = &'static Combination>) {
+    let failures: Vec<String> = some
+        .into_iter()
         .filter_map(|c| crate::conformance::check_model_dyn(&Composed(c)).err())
         .map(|e| e.to_string())
         .collect();
     assert!(failures.is_empty(), "{}", failures.join("\n"));
+}
+
+/// Few combinations in which all that `parts` says of any combination occurs, picked greedily.
+fn covering<P: PartialEq>(parts: impl Fn(&Combination) -> Vec<P>) -> Vec<&'static Combination> {
+    let mut open: Vec<P> = vec![];
+    for part in combinations().iter().flat_map(&parts) {
+        if !open.contains(&part) {
+            open.push(part);
+        }
+    }
+    let mut chosen = vec![];
+    while !open.is_empty() {
+        let new = |c: &&Combination| parts(c).iter().filter(|&p| open.contains(p)).count();
+        let next = combinations().iter().rev().max_by_key(new).unwrap();
+        open.retain(|p| !parts(next).contains(p));
+        chosen.push(next);
+    }
+    chosen
+}
+
+fn values(c: &Combination) -> Vec<&'static str> {
+    vec![c.wheel.name(), c.pressure.name(), c.shear.name()]
+}
+
+/// Every combination keeps what solvers rely on: many minutes, most of them in domains of extreme snow.
+///
+/// One is known not to: braked at 245 N on soft peat, `grouser-passive:peat` loses its shallow equilibrium at s = -.777 and
+/// drops from 65° to 84° of entry angle. The load of a braked wheel need not rise with its sinkage, so the jump is the
+/// equations' own.
+#[test]
+#[ignore = "many minutes"]
+fn every_combination_conforms() {
+    conform(combinations());
+}
+
+/// The same for combinations in which every two slot values that go together do.
+#[test]
+#[ignore = "minutes"]
+fn every_pair_of_slots_conforms() {
+    let pairs = covering(|c| {
+        let [a, b, d] = [c.wheel.name(), c.pressure.name(), c.shear.name()];
+        vec![(a, b), (a, d), (b, d)]
+    });
+    assert!(pairs.len() < combinations().len() / 2, "{}", pairs.len());
+    conform(pairs);
+}
+
+/// The same for combinations in which every slot value occurs.
+#[test]
+fn every_slot_conforms() {
+    let some = covering(values);
+    let all = WheelKind::ALL.len().max(PressureKind::ALL.len());
+    assert_eq!(some.len(), all, "as few as there can be");
+    conform(some);
 }
 
 /// The short version: finite forces, exact derivatives equal to differences, and no jump at slip zero, on typical soils.
