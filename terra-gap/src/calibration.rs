@@ -3,9 +3,11 @@
 //!
 //! # Equation
 //! P_k = (1 - ε) π_k exp(g_k / T) / Σ + ε π_k, g = ln Z - ln Z of the nominal model: with probability ε the evidence says
-//! nothing, as where the truth is no hypothesis at all. T and ε minimise Σ -ln P(truth); the set is the smallest whose
-//! probability reaches the level that held the truth in 90 % of the cases; a name needs a gain above the 95 % quantile of
-//! what the best effect gained on cases without any.
+//! nothing, as where the truth is no hypothesis at all. Two causes that follow a log together may stand for one of them in
+//! another form, or for what is in no library: a share δ of a pair's probability goes to unknown by one half and to its two
+//! parts by the other. T, ε and δ minimise Σ -ln P(truth); the set is the smallest whose probability reaches the level that
+//! held the truth in 90 % of the cases; a name needs a gain above the 95 % quantile of what the best effect gained on cases
+//! without any.
 //!
 //! # Reference
 //! C. Guo et al., ICML 2017 (temperature); V. Vovk, A. Gammerman, G. Shafer, Algorithmic Learning in a Random World, 2005
@@ -27,6 +29,9 @@ pub struct Calibration {
     /// ε: how often evidence, however strong, says nothing.
     #[serde(default)]
     pub floor: f64,
+    /// δ: how often two causes stand for something else.
+    #[serde(default)]
+    pub pair_doubt: f64,
     /// Probability that a set must reach to hold the truth in 90 % of cases.
     pub set_probability: f64,
     /// Gain \[nats\] that the best effect stays below on 95 % of logs without any.
@@ -47,6 +52,9 @@ pub(crate) struct Weight {
     pub(crate) gain: f64,
     /// It holds a second cause, which must earn its place.
     pub(crate) second: bool,
+    /// Where its two causes stand alone among the answers.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) parts: Option<[usize; 2]>,
 }
 
 /// All answers of one diagnosis with their priors and evidences: the causes, then none, then unknown.
@@ -65,6 +73,7 @@ impl Evidence {
             truth: self.names.iter().position(|n| n == truth).unwrap_or(last),
             causes: self.names.len().saturating_sub(2),
             weights: self.weights.clone(),
+            another_form: false,
         }
     }
 }
@@ -78,9 +87,20 @@ pub struct Case {
     pub(crate) causes: usize,
     /// Every answer.
     pub(crate) weights: Vec<Weight>,
+    /// The truth has another form than any answer.
+    pub(crate) another_form: bool,
 }
 
 impl Case {
+    /// The same case, its effect being in a form that no answer has: a second cause is not needless there.
+    #[must_use]
+    pub fn in_another_form(self) -> Self {
+        Case {
+            another_form: true,
+            ..self
+        }
+    }
+
     fn best(&self, second: bool) -> Option<f64> {
         let causes = self.weights.iter().take(self.causes);
         causes
@@ -98,7 +118,7 @@ impl Case {
         let single = self
             .weights
             .get(self.truth)
-            .is_some_and(|w| !w.second && self.truth < self.causes);
+            .is_some_and(|w| !w.second && self.truth < self.causes && !self.another_form);
         single.then(|| Some(self.best(true)? - self.best(false)?))?
     }
 }
@@ -110,6 +130,8 @@ const RICH: usize = 5;
 const HIGHEST_TEMPERATURE: f64 = 30.0;
 /// Floors that are tried.
 const FLOORS: [f64; 9] = [0.0, 0.005, 0.01, 0.02, 0.03, 0.05, 0.08, 0.12, 0.2];
+/// Doubts that are tried.
+const DOUBTS: [f64; 10] = [0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9];
 
 #[derive(Deserialize)]
 struct Table {
@@ -165,11 +187,23 @@ impl Calibration {
             .collect();
         let total = log_sum_exp(logs.iter().copied());
         let prior = log_sum_exp(weights.iter().map(|w| w.ln_prior));
+        let mut said: Vec<f64> = logs.iter().map(|l| (l - total).exp()).collect();
+        for (k, w) in weights.iter().enumerate() {
+            let Some(parts) = w.parts else {
+                continue;
+            };
+            let moved = self.pair_doubt * said[k];
+            said[k] -= moved;
+            // Unknown is the last answer.
+            for (to, share) in [(weights.len() - 1, 0.5), (parts[0], 0.25), (parts[1], 0.25)] {
+                said[to] += share * moved;
+            }
+        }
         weights
             .iter()
-            .zip(logs)
-            .map(|(w, l)| {
-                let (said, before) = ((l - total).exp(), (w.ln_prior - prior).exp());
+            .zip(said)
+            .map(|(w, said)| {
+                let before = (w.ln_prior - prior).exp();
                 said + self.floor * (before - said)
             })
             .collect()
@@ -192,10 +226,10 @@ impl Calibration {
         // On a grid: the loss is smooth and its minimum broad.
         let steps = 60;
         let mut best = f64::INFINITY;
-        for floor in FLOORS {
+        for (floor, pair_doubt) in FLOORS.iter().flat_map(|f| DOUBTS.map(|d| (*f, d))) {
             for k in 0..=steps {
                 let mut trial = out.clone();
-                trial.floor = floor;
+                (trial.floor, trial.pair_doubt) = (floor, pair_doubt);
                 trial.temperature = HIGHEST_TEMPERATURE.powf(f64::from(k) / f64::from(steps));
                 let loss: f64 = cases
                     .iter()
@@ -247,6 +281,7 @@ mod tests {
             design: "test".to_owned(),
             temperature: 1.0,
             floor: 0.0,
+            pair_doubt: 0.0,
             set_probability: 0.9,
             null_gain: 3.0,
             second_gain: 3.0,
@@ -260,6 +295,7 @@ mod tests {
             ln_prior,
             gain,
             second: false,
+            parts: None,
         }
     }
 
@@ -272,6 +308,7 @@ mod tests {
                 truth: usize::from(k % 10 >= 7),
                 causes: 2,
                 weights: vec![single(half, 8.0), single(half, 0.0)],
+                another_form: false,
             })
             .collect();
         let learned = Calibration::learn(&cases, &start(), "test".to_owned());
@@ -291,6 +328,7 @@ mod tests {
                 truth: usize::from(k % 10 == 0),
                 causes: 2,
                 weights: vec![single(half, 100.0), single(half, 0.0)],
+                another_form: false,
             })
             .collect();
         let learned = Calibration::learn(&cases, &start(), "test".to_owned());
@@ -307,6 +345,7 @@ mod tests {
                 truth: 1,
                 causes: 1,
                 weights: vec![single(0.0, f64::from(k) / 4.0), single(0.0, 0.0)],
+                another_form: false,
             })
             .collect();
         let learned = Calibration::learn(&cases, &start(), String::new());
@@ -321,11 +360,56 @@ mod tests {
             ln_prior: -3.0,
             gain,
             second: true,
+            parts: None,
         };
         let c = start();
         assert_eq!(c.probabilities(&[single(-1.0, 10.0), pair(12.9)])[1], 0.0);
         let p = c.probabilities(&[single(-1.0, 10.0), pair(15.0)])[1];
         assert!((p - 1.0 / (1.0 + (2.0f64 - 5.0).exp())).abs() < 1e-12);
+    }
+
+    /// Pairs that are right half of the time and otherwise something unknown, in as strong a voice: half of their probability
+    /// goes, most of it to unknown, and singles keep theirs.
+    #[test]
+    fn pairs_that_stand_for_something_else_are_doubted() {
+        let weights = |pair: f64| {
+            let second = Weight {
+                ln_prior: -3.0,
+                gain: pair,
+                second: true,
+                parts: Some([0, 1]),
+            };
+            let none = single(-2.0, 0.0);
+            vec![
+                single(-2.0, 50.0),
+                single(-2.0, 20.0),
+                second,
+                none,
+                single(-2.0, 0.0),
+            ]
+        };
+        let cases: Vec<Case> = (0..80)
+            .map(|k| {
+                let (truth, gain) = match k % 4 {
+                    0 => (2, 150.0),
+                    1 => (4, 150.0),
+                    _ => (0, 40.0),
+                };
+                Case {
+                    truth,
+                    causes: 3,
+                    weights: weights(gain),
+                    another_form: false,
+                }
+            })
+            .collect();
+        let learned = Calibration::learn(&cases, &start(), "test".to_owned());
+        let pair = learned.probabilities(&weights(150.0));
+        assert!((0.3..0.6).contains(&pair[2]), "{learned:?} {pair:?}");
+        assert!(pair[4] > pair[0] && pair[0] > pair[3], "{pair:?}");
+        assert!((pair.iter().sum::<f64>() - 1.0).abs() < 1e-12);
+        let one = learned.probabilities(&weights(40.0));
+        assert!(one[0] > 0.98, "{learned:?} {one:?}");
     }
 
     #[test]

@@ -101,6 +101,7 @@ impl Answers {
                 _ => 1.0,
             })
             .collect();
+        let last_answer = causes.len() + 1;
         let (none, unknown) = (settings.gap.prior_none, settings.gap.prior_unknown);
         // What was set aside on the way held its share of the prior too.
         let mut aside: Vec<&str> = rivals
@@ -114,20 +115,32 @@ impl Answers {
         let others = aside.len() + rivals.structures_out;
         let rest =
             (1.0 - none - unknown).max(0.0) / (shares.iter().sum::<f64>() + others as f64).max(1.0);
+        // A pair on a drive; on a rig it was held against the noise alone too, which its gain does not show.
+        let second = |c: &Cause| c.kind == CauseKind::Combination && kind == LogKind::Drive;
+        let alone_at = |effect: &str| {
+            let mut all = causes.iter();
+            all.position(|c| c.kind == CauseKind::Effect && c.name == effect)
+        };
+        let parts = |c: &Cause| {
+            let (a, b) = c.name.split_once('+')?;
+            Some([alone_at(a)?, alone_at(b)?])
+        };
         let mut weights: Vec<Weight> = causes
             .iter()
             .zip(&shares)
             .map(|(c, share)| Weight {
                 ln_prior: (share * rest).ln(),
                 gain: c.log_evidence_gain,
-                // On a rig pairs were held against the noise alone too, which their gain does not show.
-                second: c.kind == CauseKind::Combination && kind == LogKind::Drive,
+                second: second(c),
+                // A part that was not weighed by itself leaves its share to unknown.
+                parts: second(c).then(|| parts(c).unwrap_or([last_answer; 2])),
             })
             .collect();
         let alone = |prior: f64, gain| Weight {
             ln_prior: prior.ln(),
             gain,
             second: false,
+            parts: None,
         };
         weights.push(alone(none, 0.0));
         weights.push(alone(unknown, rivals.log_unknown - null.log_evidence));

@@ -49,12 +49,12 @@ pub(crate) fn posterior(hypothesis: &Hypothesis, fit: &Fit) -> Posterior {
     };
     let shift = &covariance * &b;
     let mean = &fit.x + &shift;
-    // Short of its end a fit's slopes promise what its curvature does not keep.
+    // On the way a fit's slopes promise what its curvature does not keep.
     let promised = 0.5 * b.dot(&shift);
-    let gain = if fit.converged {
-        promised
-    } else {
+    let gain = if fit.given_up {
         promised.min(1.0)
+    } else {
+        promised
     };
     let mut log_evidence =
         -0.5 * (fit.chi2() + fit.x.norm_squared()) + gain - 0.5 * log_det - 0.5 * fit.log_det;

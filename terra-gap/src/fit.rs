@@ -50,6 +50,8 @@ pub struct Fit {
     pub cost: f64,
     /// True when the certificate holds.
     pub converged: bool,
+    /// True when it was given up on the way, out of the contest.
+    pub given_up: bool,
     /// ln det of the covariance the residual was whitened with.
     pub log_det: f64,
     /// Components that ended on a bound.
@@ -200,12 +202,14 @@ pub(crate) fn fit_near<P: Predictor>(
     let end = if certified { CERTIFICATE } else { CARRIED };
     let near = data.len() as f64 * (1.0 + FAR);
     let mut way = vec![cost];
+    let mut given_up = false;
     for _ in 0..MAX_STEPS {
         let (steps, nearer) = NEARER;
         let before = way.len().checked_sub(steps + 1).and_then(|k| way.get(k));
         let left_over = cost - data.len() as f64;
         let stalls = |before: &f64| before - cost < nearer * left_over;
         if effort != Effort::Certified && cost > near && before.is_some_and(stalls) {
+            given_up = true;
             break;
         }
         // Half the downhill gradient; components pushed against their bound stay where they are.
@@ -225,6 +229,7 @@ pub(crate) fn fit_near<P: Predictor>(
             && way.len() > REACH.0
             && cost - REACH.1 * left.unwrap_or(f64::INFINITY) > target
         {
+            given_up = true;
             break;
         }
         let mut step = None;
@@ -292,6 +297,7 @@ pub(crate) fn fit_near<P: Predictor>(
         jacobian: j,
         cost,
         converged,
+        given_up,
         log_det: whitener.log_det,
         at_bound,
     })

@@ -177,6 +177,7 @@ mod tests {
                 jacobian: DMatrix::zeros(n, 0),
                 cost: 0.0,
                 converged: true,
+                given_up: false,
                 log_det: 0.0,
                 at_bound: vec![],
             };

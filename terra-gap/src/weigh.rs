@@ -113,6 +113,7 @@ pub(crate) fn weigh_at<P: Predictor>(
         residual,
         jacobian: whitener.apply(&here.jacobian),
         converged: false,
+        given_up: true,
         log_det: whitener.log_det,
         x: before.x.clone(),
         at_bound: before.at_bound.clone(),

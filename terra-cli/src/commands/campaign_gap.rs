@@ -170,7 +170,14 @@ pub(crate) fn run_calibration(cases: &CampaignCases, quiet: bool) -> Result<(), 
             let path = places.verdicts.join(format!("{}.json", case.case));
             if path.exists() {
                 let found: Weighed = read_json(&path)?;
-                known.push(found.evidence.case(&case.read()?.truth()));
+                let truth = case.read()?;
+                let one = found.evidence.case(&truth.truth());
+                // The name that the key's kinds have.
+                known.push(if truth.kind == "form-variant" {
+                    one.in_another_form()
+                } else {
+                    one
+                });
             }
         }
         let (kind, groups) = match design.as_str() {
