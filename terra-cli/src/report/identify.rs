@@ -13,6 +13,9 @@ use super::words::join_some;
 const SEEN: f64 = 0.02;
 /// Rows of the table of the posterior.
 const ROWS: usize = 12;
+/// Probability from which a hypothesis has a row of its own, and how many have one whatever theirs.
+const TOLD: f64 = 1e-3;
+const LEAST_ROWS: usize = 4;
 /// Room for a letter of a label \[px\].
 const LETTER: i32 = 8;
 
@@ -136,7 +139,10 @@ fn posterior(g: &GroupView) -> Table {
         &["Hypothesis", "#Probability"],
     );
     let order = ranked(g);
-    for (id, p) in order.iter().take(ROWS) {
+    // A long list of zeros says no more than their sum; the runners-up stay for comparison.
+    let told = order.iter().filter(|o| o.1 >= TOLD).count();
+    let rows = told.clamp(LEAST_ROWS, ROWS).min(order.len());
+    for (id, p) in order.iter().take(rows) {
         let name = Cell::from(id.clone());
         let name = if g.truth.as_ref() == Some(id) {
             name.with_note("the truth of this simulation")
@@ -145,10 +151,10 @@ fn posterior(g: &GroupView) -> Table {
         };
         t.rows.push(vec![name, percent(*p).into()]);
     }
-    if order.len() > ROWS {
-        let rest: f64 = order.iter().skip(ROWS).map(|o| o.1).sum();
+    if order.len() > rows {
+        let rest: f64 = order.iter().skip(rows).map(|o| o.1).sum();
         t.rows.push(vec![
-            format!("{} more together", order.len() - ROWS).into(),
+            format!("{} more together", order.len() - rows).into(),
             percent(rest).into(),
         ]);
     }
