@@ -4,9 +4,9 @@
 //! # Equation
 //! P_k = (1 - ε) π_k exp(g_k / T) / Σ + ε π_k, g = ln Z - ln Z of the nominal model: with probability ε the evidence says
 //! nothing, as where the truth is no hypothesis at all. Two causes that follow a log together may stand for one of them in
-//! another form, or for what is in no library: a share δ of a pair's probability goes to unknown by one half and to its two
-//! parts by the other. T, ε and δ minimise Σ -ln P(truth); the set is the smallest whose probability reaches the level that
-//! held the truth in 90 % of the cases; a name needs a gain above the 95 % quantile of what the best effect gained on cases
+//! another form, or for what is in no library: a share δ of a pair's probability goes to unknown by one half and by the
+//! other to the part that says more alone. T, ε and δ minimise Σ -ln P(truth); the set is the smallest whose probability reaches the level that
+//! held the truth in 90 % of the cases, or to all that the floor leaves; a name needs a gain above the 95 % quantile of what the best effect gained on cases
 //! without any.
 //!
 //! # Reference
@@ -194,9 +194,11 @@ impl Calibration {
             };
             let moved = self.pair_doubt * said[k];
             said[k] -= moved;
+            let gain = |part: usize| weights.get(part).map_or(f64::NEG_INFINITY, |w| w.gain);
+            let part = parts[usize::from(gain(parts[1]) > gain(parts[0]))];
             // Unknown is the last answer.
-            for (to, share) in [(weights.len() - 1, 0.5), (parts[0], 0.25), (parts[1], 0.25)] {
-                said[to] += share * moved;
+            for to in [weights.len() - 1, part] {
+                said[to] += 0.5 * moved;
             }
         }
         weights
@@ -242,7 +244,9 @@ impl Calibration {
         }
         let levels: Vec<f64> = cases.iter().map(|c| out.level_of(c)).collect();
         if let Some(level) = upper_quantile(&levels, 0.9) {
-            out.set_probability = level.clamp(0.5, 0.999);
+            // What the floor spreads over all answers no set of a few can gather: it would name thirty to hold the few cases
+            // in which evidence says nothing.
+            out.set_probability = level.clamp(0.5, 1.0 - out.floor.max(0.001));
         }
         let nulls: Vec<f64> = cases
             .iter()
@@ -369,7 +373,7 @@ mod tests {
     }
 
     /// Pairs that are right half of the time and otherwise something unknown, in as strong a voice: half of their probability
-    /// goes, most of it to unknown, and singles keep theirs.
+    /// goes, and singles keep theirs.
     #[test]
     fn pairs_that_stand_for_something_else_are_doubted() {
         let weights = |pair: f64| {
@@ -406,7 +410,10 @@ mod tests {
         let learned = Calibration::learn(&cases, &start(), "test".to_owned());
         let pair = learned.probabilities(&weights(150.0));
         assert!((0.3..0.6).contains(&pair[2]), "{learned:?} {pair:?}");
-        assert!(pair[4] > pair[0] && pair[0] > pair[3], "{pair:?}");
+        assert!(
+            (pair[4] - pair[0]).abs() < 1e-3 && pair[0] > 0.2 && pair[1] < 1e-3,
+            "{pair:?}"
+        );
         assert!((pair.iter().sum::<f64>() - 1.0).abs() < 1e-12);
         let one = learned.probabilities(&weights(40.0));
         assert!(one[0] > 0.98, "{learned:?} {one:?}");

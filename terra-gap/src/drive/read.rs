@@ -23,8 +23,10 @@ const BENDS: f64 = 4.0;
 const SLIP_CHANGE: f64 = 0.03;
 /// Time over which the ground's roughness stays alike \[s\]: tens of ms.
 const CORRELATION: f64 = 0.05;
-/// Jump of the speed, in its noise, that begins a run of its own.
+/// Jump of speed and wheels, in their noise, that begins a run of its own.
 const JUMP: f64 = 3.5;
+/// How fast wheels spin up under their motors \[rad/s²\].
+const SPIN_UP: f64 = 30.0;
 /// Channels whose scatter is looked at: four torques, a_x, v, r, four ω.
 const SERIES: usize = 11;
 
@@ -70,11 +72,19 @@ pub(crate) fn line(
     })
 }
 
-/// True where the speed jumps as no vehicle does from one row to the next: a run of its own begins, on its own ground.
-fn begins_anew(speed: &Series, row: usize, sd: f64) -> bool {
-    let before = row.checked_sub(1).and_then(|r| speed.get(r));
-    let jump = before.zip(speed.get(row)).map(|(a, b)| (b - a).abs());
-    jump.is_some_and(|jump| jump > JUMP * sd * std::f64::consts::SQRT_2)
+/// True where speed and wheels jump as no vehicle's do from one row to the next: a run of its own begins, on its own ground.
+fn begins_anew(log: &DriveLog, speed: &Series, row: usize, speed_sd: f64, wheel_sd: f64) -> bool {
+    let Some(last) = row.checked_sub(1) else {
+        return false;
+    };
+    let jump = |series: &Series| Some(series.get(row)? - series.get(last)?);
+    let two = std::f64::consts::SQRT_2;
+    let rows = log.time.get(last).zip(log.time.get(row));
+    let elapsed = rows.map_or(0.0, |(a, b)| b - a);
+    let spun: Option<f64> = log.wheel_speed.iter().map(jump).sum();
+    // The mean of four wheels, against its noise and what a motor does to them meanwhile.
+    let wheels = spun.map_or(0.0, |sum| sum / 4.0 / (wheel_sd / two + SPIN_UP * elapsed));
+    jump(speed).is_some_and(|v| (v / (speed_sd * two)).hypot(wheels) > JUMP)
 }
 
 /// Turns a drive log into windows and their predictor.
@@ -192,7 +202,7 @@ fn windows(
     let mut path = 0.0;
     for segment in &log.segments {
         let mut start = segment.rows.start;
-        if begins_anew(ground_speed, start, speed_sd) {
+        if begins_anew(log, ground_speed, start, speed_sd, wheel_sd) {
             path = 0.0;
         }
         let mut first = true;
@@ -205,16 +215,20 @@ fn windows(
             let rows = start..end;
             start = end;
             let mut drop = |reason: &str| *dropped.entry(reason.to_owned()).or_default() += 1;
+            // Windows that are left out are driven all the same, and in reverse the way leads back.
+            let v = line(&log.time, ground_speed, rows.clone(), speed_sd);
+            let driven = v.as_ref().map_or(0.0, |v| v.mean) * rover.gap.window;
+            let middle_path = path + 0.5 * driven;
+            path += driven;
             // What was before a manoeuvre reaches into its beginning: sensors lag, controllers catch up.
             if std::mem::take(&mut first) {
                 drop("the beginning of a manoeuvre");
                 continue;
             }
-            let Some(v) = line(&log.time, ground_speed, rows.clone(), speed_sd) else {
+            let Some(v) = v else {
                 drop("window without ground speed");
                 continue;
             };
-            path += v.mean.abs() * rover.gap.window;
             let wheels: Vec<Line> = log
                 .wheel_speed
                 .iter()
@@ -312,7 +326,7 @@ fn windows(
                 roll: mean(&log.roll).unwrap_or(0.0),
                 payload,
                 earlier_passes: (pass - 1.0).max(0.0),
-                path: mean(&log.distance).unwrap_or(path),
+                path: mean(&log.distance).unwrap_or(middle_path),
                 time: log.time[middle],
             };
             observations.push(Observation {
