@@ -318,7 +318,8 @@ fn gap_finds_nothing_where_nothing_is_missing() {
     run(logs(), asked).ok();
     let verdict = json(&file);
     assert_eq!(text(&verdict["verdict"]), "none", "{verdict:#}");
-    assert_eq!(list(&verdict["set"]), ["none"]);
+    // A single short ramp tells so little that a calibrated set holds runners-up too.
+    assert_eq!(list(&verdict["set"])[0], "none");
     assert!(list(&verdict["accepted"]).is_empty() && verdict["after"].is_null());
 }
 
