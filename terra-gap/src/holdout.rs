@@ -50,6 +50,13 @@ pub struct Interval {
     pub hi: f64,
 }
 
+impl Interval {
+    /// False where it is wider than twice the whole: too little was left to be closed to say how much of it is.
+    pub fn tells(&self) -> bool {
+        self.hi - self.lo <= 2.0
+    }
+}
+
 /// Result of holding out.
 #[derive(Clone, Debug)]
 pub struct HeldOut {

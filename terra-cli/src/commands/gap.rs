@@ -311,6 +311,10 @@ pub(crate) fn summary(d: &Diagnosis) -> String {
     }
     if let Some(h) = &d.held_out {
         match h.closed {
+            Some(c) if !c.tells() => out.push_str(&format!(
+                "held out by {}: too near the noise to say how much of the gap closes\n",
+                h.by.name()
+            )),
             Some(c) => out.push_str(&format!(
                 "held out by {}: {:.0} % of the gap closes (95 %: {:.0} to {:.0} %)\n",
                 h.by.name(),

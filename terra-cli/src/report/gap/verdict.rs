@@ -226,6 +226,9 @@ fn held_out(d: &Diagnosis) -> Vec<String> {
     );
     let names = join(&d.accepted_names, "and");
     let mut out = match &h.closed {
+        Some(c) if !c.tells() => vec![
+            "no share can be given: held out, the re-fitted simulator is too near the noise to say how much of the gap closes".to_owned(),
+        ],
         Some(c) => {
             let verb = if c.mean < 0.0 {
                 format!("{names} widens the gap: closed share {}", share(c.mean))
@@ -254,7 +257,7 @@ fn held_out(d: &Diagnosis) -> Vec<String> {
             ))
         })
         .collect();
-    if channels.len() > 1 {
+    if channels.len() > 1 && h.closed.is_some_and(|c| c.tells()) {
         out.push(format!("by channel: {}", channels.join(", ")));
     }
     if !h.failed.is_empty() {

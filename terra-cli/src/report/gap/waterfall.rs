@@ -9,6 +9,9 @@ use super::super::number::number;
 use super::super::paint::Paint;
 use super::super::scale::Axis;
 
+/// Room for a letter of a label, a tenth of a pixel.
+const LETTER: i32 = 73;
+
 pub(super) fn write(s: &mut Section, d: &Diagnosis) {
     if d.waterfall.refitted.is_none() {
         return;
@@ -51,11 +54,13 @@ fn figure(d: &Diagnosis) -> Result<Figure, ReportError> {
             None => format!("{name}: the model has no answer"),
         })
         .collect();
+    let longest = steps.iter().map(|s| s.0.chars().count()).max().unwrap_or(0);
+    let left = 172.max(LETTER * longest as i32 / 10 + 18);
     let plot = Plot {
         layout: Layout {
             width: 640,
             height: 34 * rows + 78,
-            left: 172,
+            left,
             right: 60,
             top: 30,
             bottom: 48,
