@@ -5,9 +5,9 @@
 //! P_k = (1 - ε) π_k exp(g_k / T) / Σ + ε π_k, g = ln Z - ln Z of the nominal model: with probability ε the evidence says
 //! nothing, as where the truth is no hypothesis at all. Two causes that follow a log together may stand for one of them in
 //! another form, or for what is in no library: a share δ of a pair's probability goes to unknown by one half and by the
-//! other to the part that says more alone. T, ε and δ minimise Σ -ln P(truth); the set is the smallest whose probability reaches the level that
-//! held the truth in 90 % of the cases, or to all that the floor leaves; a name needs a gain above the 95 % quantile of what the best effect gained on cases
-//! without any.
+//! other to the part that says more alone. T, ε and δ minimise Σ -ln P(truth); the set is the smallest whose probability
+//! reaches the level that held the truth in 90 % of the cases, or else all that the floor leaves; a name needs a gain above the
+//! 95 % quantile of what the best effect gained on cases without any.
 //!
 //! # Reference
 //! C. Guo et al., ICML 2017 (temperature); V. Vovk, A. Gammerman, G. Shafer, Algorithmic Learning in a Random World, 2005
