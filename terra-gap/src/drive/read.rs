@@ -377,3 +377,76 @@ fn windows(
         bent,
     ))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use terra_data::{Segment, parse_rover};
+
+    const ROVER: &str = r#"
+[vehicle]
+mass_kg = 100.0
+yaw_inertia_kg_m2 = 10.0
+track_m = 0.6
+wheelbase_m = 0.6
+cg_to_front_axle_m = 0.3
+cg_height_m = 0.2
+yaw_damping_N_m_s = 8.0
+
+[wheel]
+radius_m = 0.25
+width_m = 0.15
+inertia_kg_m2 = 0.25
+damping_N_m_s = 0.1
+
+[terrain]
+model = "wong-reece"
+start = "dry_sand"
+
+[noise]
+wheel_speed_rad_s = 0.02
+wheel_torque_N_m = 0.5
+ground_speed_m_s = 0.03
+"#;
+
+    /// 1 m/s ahead, a new run at -1 m/s, and its continuation: x = t, then x = -t from its own start to the end. The first
+    /// window of a manoeuvre is left out, but driven.
+    #[test]
+    fn the_path_is_signed_counts_what_is_left_out_and_starts_with_a_run() {
+        let mut log = DriveLog::default();
+        let mut speed = Series::with_capacity(600);
+        let mut torque = Series::with_capacity(600);
+        let mut wheel = Series::with_capacity(600);
+        for k in 0..600 {
+            let v = if k < 200 { 1.0 } else { -1.0 };
+            log.time.push(0.01 * f64::from(k));
+            speed.push(Some(v));
+            wheel.push(Some(v / 0.25 * 1.1));
+            torque.push(Some(1.0));
+        }
+        log.wheel_speed = std::array::from_fn(|_| wheel.clone());
+        log.wheel_torque = Some(std::array::from_fn(|_| torque.clone()));
+        log.ground_speed = Some(speed);
+        log.segments = [0..200, 200..400, 400..600]
+            .into_iter()
+            .enumerate()
+            .map(|(k, rows)| Segment {
+                name: k.to_string(),
+                rows,
+            })
+            .collect();
+        let rover = parse_rover(ROVER, "rover.toml").unwrap();
+        let (data, _) = all_windows(&log, &rover).unwrap();
+        assert_eq!(data.observations.len(), 27);
+        for o in &data.observations {
+            let t = o.factors["time"];
+            // A window of .2 s has its middle sample at .1 s, which is the middle of what it drives.
+            let way = if t < 2.0 { t } else { 2.0 - t };
+            assert!(
+                (o.factors["path"] - way).abs() < 1e-9,
+                "{} at {t}",
+                o.factors["path"]
+            );
+        }
+    }
+}
