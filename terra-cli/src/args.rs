@@ -276,6 +276,21 @@ pub(crate) enum Campaign {
         #[arg(long, value_name = "FILE")]
         json: Option<PathBuf>,
     },
+    /// Rigs whose ground follows another wheel law than the simulator that is diagnosed, with and without a baseline log.
+    CrossStructure {
+        /// Cases.
+        #[arg(long, default_value_t = 96, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+        cases: u32,
+        /// Seed of everything that is drawn.
+        #[arg(long, default_value_t = 1)]
+        seed: u64,
+        /// Folder for the answers; what is there already is kept.
+        #[arg(long)]
+        out: PathBuf,
+        /// JSON to write.
+        #[arg(long, value_name = "FILE")]
+        json: Option<PathBuf>,
+    },
     /// Cases with known truth, and the calibration that they teach, as `calibration.toml`.
     GapCalibration {
         #[command(flatten)]

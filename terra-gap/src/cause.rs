@@ -261,7 +261,8 @@ fn singles(rivals: &Rivals) -> Vec<Cause> {
             .filter(|s| s.name != name && s.score.cosine(score).abs() > LOOK_ALIKE)
             .map(|s| s.name.clone())
             .collect();
-        let s = best.fit.x[best.fit.x.len() - 1];
+        let s = best.fit.x.get(best.hypothesis.soil_len());
+        let s = s.copied().unwrap_or(0.0);
         causes.push(Cause {
             name: name.to_owned(),
             kind: CauseKind::Effect,
@@ -269,7 +270,11 @@ fn singles(rivals: &Rivals) -> Vec<Cause> {
             log_evidence_gain: evidence - rivals.null_weighed.log_evidence,
             absorbed: Some(score.absorbed),
             power: Some(score.information * s * s),
-            form: screen[*k].form.clone(),
+            form: best
+                .hypothesis
+                .effects()
+                .first()
+                .map_or_else(String::new, |e| e.form().to_owned()),
             indistinguishable_from: alike,
             weighed: (*best).clone(),
         });

@@ -21,6 +21,7 @@ mod drive;
 mod error;
 mod evidence;
 mod fit;
+mod forms;
 mod holdout;
 mod hypothesis;
 mod kinematic;

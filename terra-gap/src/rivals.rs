@@ -7,8 +7,9 @@ use crate::candidates::Candidates;
 use crate::dataset::{DataSet, Predictor};
 use crate::error::GapError;
 use crate::fit::Fit;
+use crate::forms::{Ground, ask_again};
 use crate::hypothesis::Hypothesis;
-use crate::noise::NoiseModel;
+use crate::noise::{NoiseModel, Whitener};
 use crate::null::{drop_unanswered, refit};
 use crate::round::{Common, Round, settle};
 use crate::settings::{LogKind, Settings};
@@ -100,7 +101,7 @@ pub(crate) fn weigh_rivals<P: Predictor>(
         levels,
         null_weighed,
         screen,
-        singles,
+        mut singles,
         pairs,
         mut not_asked,
         mut found,
@@ -118,38 +119,31 @@ pub(crate) fn weigh_rivals<P: Predictor>(
     }
     let structures_out = found.out.len();
     not_asked.extend(found.out);
-
-    // Unknown: a discrepancy larger than any hypothesis may use, on top of explanations that are not adequate by
-    // themselves. An adequate one with a larger discrepancy is still that explanation.
-    let mut bases: Vec<&Weighed> = singles.iter().flat_map(|(_, w)| w.iter()).collect();
-    bases.sort_by(|a, b| b.log_evidence.total_cmp(&a.log_evidence));
-    bases.truncate(3);
-    bases.retain(|w| setup.kind == LogKind::Drive || w.chi2_per_value() > ADEQUATE);
-    bases.push(&null_weighed);
-    let smooth = |w: &&Weighed| {
-        w.plain_log_evidence + unknown::gain(data, &w.plain, &plain, unknown_amplitudes(setup.kind))
+    let ground = Ground {
+        data,
+        predictor,
+        setup,
+        null: &null,
+        levels: &levels,
+        whitener: &plain,
     };
-    let mut log_unknown = bases.iter().map(smooth).fold(f64::NEG_INFINITY, f64::max);
+    let unknown = |singles: &[(usize, Vec<Weighed>)]| {
+        let singles: Vec<&Weighed> = singles.iter().flat_map(|(_, w)| w).collect();
+        log_unknown(data, setup.kind, &plain, &null_weighed, &singles, &pairs)
+    };
     if setup.kind == LogKind::Drive {
-        // On a rig a discrepancy inside every hypothesis takes up what scatters beyond the noise.
-        let best_pair = pairs
-            .iter()
-            .max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence));
-        log_unknown = bases
-            .into_iter()
-            .chain(best_pair)
-            .map(|w| w.plain_log_evidence + unknown::scatter_gain(data, &w.plain))
-            .fold(log_unknown, f64::max);
-        // An explanation that follows the data to the noise is not made unknown by what windows and first orders leave over.
-        let best = singles
-            .iter()
-            .flat_map(|(_, w)| w)
-            .chain(&pairs)
-            .max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence));
-        if let Some(best) = best.filter(|w| w.chi2_per_value() < ADEQUATE_DRIVE) {
-            log_unknown = log_unknown.min(best.log_evidence - BEHIND_ADEQUATE);
-        }
+        let pair = pairs.iter().map(|w| w.log_evidence);
+        let rival = pair.fold(unknown(&singles), f64::max);
+        ask_again(
+            &ground,
+            &screen,
+            &mut singles,
+            &pairs,
+            null_weighed.log_evidence,
+            rival,
+        );
     }
+    let log_unknown = unknown(&singles);
     let fitted = match setup.kind {
         LogKind::Rig => fitted,
         LogKind::Drive | LogKind::Kinematic => null_weighed.plain.clone(),
@@ -169,4 +163,42 @@ pub(crate) fn weigh_rivals<P: Predictor>(
         log_unknown,
         not_asked,
     }))
+}
+
+/// ln Z of something unknown: a discrepancy larger than any hypothesis may use, on top of explanations that are not adequate
+/// by themselves. An adequate one with a larger discrepancy is still that explanation.
+fn log_unknown(
+    data: &DataSet,
+    kind: LogKind,
+    plain: &Whitener,
+    null: &Weighed,
+    singles: &[&Weighed],
+    pairs: &[Weighed],
+) -> f64 {
+    let by_evidence = |a: &&Weighed, b: &&Weighed| a.log_evidence.total_cmp(&b.log_evidence);
+    let mut bases = singles.to_vec();
+    bases.sort_by(|a, b| by_evidence(b, a));
+    bases.truncate(3);
+    bases.retain(|w| kind == LogKind::Drive || w.chi2_per_value() > ADEQUATE);
+    bases.push(null);
+    let smooth = |w: &&Weighed| {
+        w.plain_log_evidence + unknown::gain(data, &w.plain, plain, unknown_amplitudes(kind))
+    };
+    let smooth = bases.iter().map(smooth).fold(f64::NEG_INFINITY, f64::max);
+    if kind != LogKind::Drive {
+        return smooth;
+    }
+    // On a rig a discrepancy inside every hypothesis takes up what scatters beyond the noise.
+    let best_pair = pairs.iter().max_by(by_evidence);
+    let out = bases
+        .into_iter()
+        .chain(best_pair)
+        .map(|w| w.plain_log_evidence + unknown::scatter_gain(data, &w.plain))
+        .fold(smooth, f64::max);
+    // An explanation that follows the data to the noise is not made unknown by what windows and first orders leave over.
+    let best = singles.iter().copied().chain(pairs).max_by(by_evidence);
+    match best.filter(|w| w.chi2_per_value() < ADEQUATE_DRIVE) {
+        Some(best) => out.min(best.log_evidence - BEHIND_ADEQUATE),
+        None => out,
+    }
 }

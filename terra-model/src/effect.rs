@@ -188,7 +188,7 @@ pub trait AnyEffect: EffectAt<f64> + EffectAt<Dual8> + EffectAt<Dual16> + Effect
     /// One line of meaning.
     fn summary(&self) -> &'static str;
     /// Magnitudes.
-    fn params(&self) -> &'static [Param];
+    fn params(&self) -> &[Param];
     /// Source.
     fn reference(&self) -> &'static str;
     /// Hooks the model must honour.
@@ -215,7 +215,7 @@ impl<E: Effect> AnyEffect for E {
     fn summary(&self) -> &'static str {
         E::SUMMARY
     }
-    fn params(&self) -> &'static [Param] {
+    fn params(&self) -> &[Param] {
         E::PARAMS
     }
     fn reference(&self) -> &'static str {

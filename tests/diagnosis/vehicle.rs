@@ -5,7 +5,7 @@ use std::path::Path;
 use terra::data::read_rover;
 use terra::gap::{Settings, diagnose_drive};
 use terra::model::Registry;
-use terra::sim::{Scenario, simulate_drive};
+use terra::sim::{EffectSetting, Scenario, simulate_drive};
 
 use crate::{probability, total};
 
@@ -28,9 +28,39 @@ fn a_torque_sensor_that_is_off_is_named() {
         d.set
     );
     assert!(probability(&d, "torque-scale") > 0.9);
-    let found = d.causes[0].weighed.fit.x[d.causes[0].weighed.fit.x.len() - 1] * 0.12;
+    let first = &d.causes[0].weighed;
+    let found = first.fit.x[first.hypothesis.soil_len()] * 0.12;
     assert!((found - 0.12).abs() < 0.04, "{found}");
     // The predictor and the simulator share nothing: what is left is noise.
     let after = d.waterfall.after.unwrap();
+    assert!((0.8..1.2).contains(&after), "{after}");
+}
+
+/// The soil stiffens with the logarithm of speed and the library's formula is a power of it: the cause is named all the same,
+/// and no second one is blamed for the difference.
+#[test]
+fn the_right_cause_is_named_by_another_formula() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/drive");
+    let (rover, registry) = (
+        read_rover(folder.join("rover.toml")).unwrap(),
+        Registry::builtin(),
+    );
+    let mut scenario = Scenario::read(&folder.join("rich.toml")).unwrap();
+    scenario.effects = vec![EffectSetting {
+        name: "rate-stiffening".to_owned(),
+        magnitude: vec![0.5],
+        form: Some("logarithmic".to_owned()),
+    }];
+    let log = simulate_drive(&scenario, &rover, &registry).unwrap().log;
+    let d = diagnose_drive(&log, &rover, &registry, &Settings::of(&rover)).unwrap();
+    let first = &d.causes[0];
+    assert_eq!(
+        (first.name.as_str(), first.form.as_str()),
+        ("rate-stiffening", "free"),
+        "{:?}",
+        d.set
+    );
+    assert!(first.probability > 0.5, "{}", first.probability);
+    let after = first.weighed.chi2_per_value();
     assert!((0.8..1.2).contains(&after), "{after}");
 }

@@ -1,5 +1,6 @@
 //! Campaigns: many runs with known truth, and how often the answer was right.
 
+pub(crate) mod cross;
 pub mod faults;
 mod reproduction;
 pub(crate) mod targets;

@@ -6,10 +6,10 @@
 
 mod answer;
 mod baselines;
-mod carry;
+pub(crate) mod carry;
 mod closing;
 pub(crate) mod design;
-mod draw;
+pub(crate) mod draw;
 mod held_back;
 mod key;
 mod library;

@@ -121,7 +121,7 @@ fn without_the_truth(places: &Places, key: &KeyFile, quiet: bool) -> Result<Vec<
     left_out(key, &places.verdicts, &places.left_out)
 }
 
-fn shown(rows: &[Target]) -> String {
+pub(super) fn shown(rows: &[Target]) -> String {
     let number = |x: Option<f64>| x.map_or("-".to_owned(), |x| format!("{x:.2}"));
     let body: Vec<Vec<String>> = rows
         .iter()

@@ -2,6 +2,7 @@
 
 mod bevameter;
 mod campaign;
+mod campaign_cross;
 mod campaign_gap;
 mod challenge;
 mod challenge_run;
@@ -95,6 +96,12 @@ pub(crate) fn dispatch(args: Args) -> Result<(), CliError> {
             left_out,
             json,
         }) => campaign_gap::run(&cases, left_out, json.as_deref(), quiet),
+        Command::Campaign(Campaign::CrossStructure {
+            cases,
+            seed,
+            out,
+            json,
+        }) => campaign_cross::run(cases as usize, seed, &out, json.as_deref(), quiet),
         Command::Campaign(Campaign::GapCalibration { cases }) => {
             campaign_gap::run_calibration(&cases, quiet)
         }

@@ -236,7 +236,7 @@ impl AnyEffect for PythonEffect {
     fn summary(&self) -> &'static str {
         self.summary
     }
-    fn params(&self) -> &'static [Param] {
+    fn params(&self) -> &[Param] {
         self.params
     }
     fn reference(&self) -> &'static str {

@@ -41,7 +41,7 @@ pub(super) fn write(s: &mut Section, d: &Diagnosis) {
         let form = if c.form == "default" {
             String::new()
         } else {
-            format!(" (form: {})", c.form)
+            format!(", by another formula than the library's")
         };
         t.rows.push(vec![
             Cell::from(c.name.replace('+', " + ")).with_note(summary(d, c) + &form),
@@ -89,7 +89,7 @@ fn power(lambda: f64) -> String {
     }
 }
 
-/// Magnitudes of a cause's effects with sd and unit; empty for a structure.
+/// Magnitudes of a cause's effects with sd and unit, then by name what else shapes them; empty for a structure.
 fn magnitudes(cause: &Cause) -> Vec<String> {
     let h = &cause.weighed.hypothesis;
     let params = h.effects().iter().flat_map(|e| e.params());
@@ -100,7 +100,11 @@ fn magnitudes(cause: &Cause) -> Vec<String> {
             let x = cause.weighed.fit.x.get(k).copied().unwrap_or(f64::NAN);
             let variance = cause.weighed.posterior.covariance.get((k, k));
             let sd = variance.map_or(f64::NAN, |v| v.max(0.0).sqrt());
-            unit_after(&with_sd(x * p.prior_sd, sd * p.prior_sd), &unit(p.unit))
+            let value = unit_after(&with_sd(x * p.prior_sd, sd * p.prior_sd), &unit(p.unit));
+            match p.name {
+                "magnitude" => value,
+                other => format!("{} {value}", other.replace('_', " ")),
+            }
         })
         .collect()
 }

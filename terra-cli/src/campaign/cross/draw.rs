@@ -1,0 +1,202 @@
+//! The cases: structure, soil, cause and magnitude, each by the case's own stream.
+
+use terra_data::{RigLog, Rover, Start};
+use terra_model::Touch;
+use terra_sim::{EffectSetting, Scenario, simulate_rig};
+
+use super::{STRUCTURES, Truth};
+use crate::challenge::carry::{carried, quiet};
+use crate::challenge::design::{Design, simulate};
+use crate::challenge::draw::{Soils, magnitude};
+use crate::challenge::random::Draws;
+use crate::challenge::{Known, Library};
+use crate::error::CliError;
+
+/// Of eight cases: two nothing, two instruments, one other soil, two physical effects, one in another form.
+const KINDS: [Truth; 8] = [
+    Truth::None,
+    Truth::Instrument,
+    Truth::Physical,
+    Truth::OtherForm,
+    Truth::None,
+    Truth::Instrument,
+    Truth::Physical,
+    Truth::Soil,
+];
+/// Soils and magnitudes that are tried until the rig can be simulated.
+const ATTEMPTS: usize = 60;
+
+/// What one structure can be the truth of.
+struct Structure {
+    name: &'static str,
+    soils: Soils,
+    instruments: Vec<Known>,
+    physical: Vec<Known>,
+    other_forms: Vec<Known>,
+}
+
+/// The rig's programme under every structure.
+pub(crate) struct Programme {
+    design: Design,
+    library: Library,
+    structures: Vec<Structure>,
+}
+
+/// One case.
+pub(crate) struct Case {
+    pub(crate) truth: Truth,
+    /// Name of the right answer.
+    pub(crate) name: String,
+    /// Structure of the ground.
+    pub(crate) ground: &'static str,
+    /// Structure of the nominal simulator.
+    pub(crate) nominal: &'static str,
+    pub(crate) effect: Option<EffectSetting>,
+    /// The outside simulator's log.
+    pub(crate) sim: RigLog,
+    /// The log to be diagnosed.
+    pub(crate) real: RigLog,
+}
+
+impl Programme {
+    /// # Errors
+    /// A structure that the rig's design cannot be simulated with.
+    pub(crate) fn new() -> Result<Self, CliError> {
+        let design = Design::named("rig")?;
+        let library = Library::builtin();
+        let structures = STRUCTURES
+            .into_iter()
+            .map(|name| {
+                let mut design = design.clone();
+                design.scenario.model = name.to_owned();
+                let without =
+                    simulate(&quiet(&design.scenario), &design.rover, library.registry())?;
+                let known = carried(&design, &library, &without, &library.known());
+                let (physical, instruments) =
+                    known.into_iter().partition(|k| is_physical(&library, k));
+                Ok(Structure {
+                    name,
+                    soils: Soils::new(
+                        &design.rover,
+                        library.registry(),
+                        name,
+                        &design.scenario.left,
+                        &design.scenario.right,
+                    )?,
+                    instruments,
+                    physical,
+                    other_forms: carried(&design, &library, &without, library.form_variants()),
+                })
+            })
+            .collect::<Result<_, CliError>>()?;
+        Ok(Programme {
+            design,
+            library,
+            structures,
+        })
+    }
+
+    /// The nominal simulator of a structure.
+    pub(crate) fn rover(&self, structure: &str) -> Rover {
+        let mut rover = self.design.rover.clone();
+        rover.terrain.model = structure.to_owned();
+        rover
+    }
+
+    /// Case `k` of a seed.
+    ///
+    /// # Errors
+    /// A structure that no soil can be simulated with.
+    pub(crate) fn case(&self, seed: u64, k: usize) -> Result<Case, CliError> {
+        let mut draws = Draws::new(seed, k as u64 + 1);
+        let n = self.structures.len();
+        let pair = k % (n * (n - 1));
+        let (a, step) = (pair % n, 1 + pair / n);
+        let (ground, nominal) = (&self.structures[a], self.structures[(a + step) % n].name);
+        let truth = KINDS[(k / (n * (n - 1))) % KINDS.len()];
+        let list = match truth {
+            Truth::None | Truth::Soil => &[][..],
+            Truth::Instrument => &ground.instruments,
+            Truth::Physical => &ground.physical,
+            Truth::OtherForm => &ground.other_forms,
+        };
+        let known = list.get(draws.below(list.len().max(1)));
+        let mut last = None;
+        for _ in 0..ATTEMPTS {
+            match self.drawn(ground, truth, known, &mut draws) {
+                Ok((effect, sim, real)) => {
+                    return Ok(Case {
+                        truth,
+                        name: match truth {
+                            Truth::None => "none".to_owned(),
+                            Truth::Soil => "soil-change".to_owned(),
+                            _ => known.map_or_else(String::new, |k| k.name.clone()),
+                        },
+                        ground: ground.name,
+                        nominal,
+                        effect,
+                        sim,
+                        real,
+                    });
+                }
+                Err(e) => last = Some(e),
+            }
+        }
+        let why = last.map(|e| e.to_string()).unwrap_or_default();
+        Err(CliError::data(
+            format!(
+                "no soil of {} in {ATTEMPTS} draws; the last: {why}",
+                ground.name
+            ),
+            "another seed",
+        ))
+    }
+
+    fn drawn(
+        &self,
+        ground: &Structure,
+        truth: Truth,
+        known: Option<&Known>,
+        draws: &mut Draws,
+    ) -> Result<(Option<EffectSetting>, RigLog, RigLog), CliError> {
+        let mut scenario = Scenario {
+            model: ground.name.to_owned(),
+            seed: draws.seed(),
+            ..self.design.scenario.clone()
+        };
+        let [soil, _] = ground.soils.draw(draws);
+        let [other, _] = ground.soils.draw(draws);
+        let effect = known.map(|known| EffectSetting {
+            name: known.name.clone(),
+            magnitude: self
+                .library
+                .sizes(known)
+                .iter()
+                .map(|size| magnitude(size, draws))
+                .collect(),
+            form: Some(known.form.clone()),
+        });
+        let on = |scenario: &mut Scenario, soil| {
+            scenario.left = Start::Values(soil);
+            scenario.right = scenario.left.clone();
+            simulate_rig(scenario, &self.design.rover, self.library.registry())
+        };
+        let sim = on(&mut scenario, soil.clone())?.log;
+        scenario.seed = draws.seed();
+        scenario.effects.extend(effect.clone());
+        let soil = if truth == Truth::Soil { other } else { soil };
+        let real = on(&mut scenario, soil)?.log;
+        Ok((effect, sim, real))
+    }
+}
+
+/// What acts on the soil or between wheel and soil; the rest is instruments and measures, whose formula is exact.
+fn is_physical(library: &Library, known: &Known) -> bool {
+    let mut all = library.registry().effects().iter();
+    all.find(|e| e.name() == known.name && e.form() == known.form)
+        .is_some_and(|e| {
+            let touches = e.touches();
+            touches.contains(&Touch::Forces)
+                || (touches.contains(&Touch::Contact) && !e.needs().is_empty())
+        })
+}

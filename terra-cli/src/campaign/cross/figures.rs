@@ -1,0 +1,218 @@
+//! What the answers are worth, beside what is asked of them.
+
+use serde::{Deserialize, Serialize};
+
+use super::Truth;
+use crate::campaign::targets::Target;
+use crate::challenge::Metric;
+
+/// Probability from which a wrong name is a sure one.
+const SURE: f64 = 0.9;
+
+/// What a diagnosis said.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Answer {
+    pub(crate) verdict: String,
+    /// The set and, where the form is unknown, the nearest: all names given.
+    pub(crate) names: Vec<String>,
+    /// Name and probability of the most probable answers but unknown.
+    pub(crate) ranked: Vec<(String, f64)>,
+    pub(crate) probability_unknown: f64,
+}
+
+impl Answer {
+    fn first(&self) -> Option<&(String, f64)> {
+        self.ranked.first()
+    }
+
+    /// The one name that it gives.
+    fn single(&self) -> Option<&str> {
+        (self.verdict == "named").then(|| self.first().map(|f| f.0.as_str()))?
+    }
+}
+
+/// One case with its answers.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Marked {
+    pub(crate) truth: Truth,
+    pub(crate) name: String,
+    pub(crate) ground: String,
+    pub(crate) nominal: String,
+    pub(crate) form: Option<String>,
+    pub(crate) magnitude: Vec<f64>,
+    /// By another structure, with the outside simulator's log.
+    pub(crate) with_baseline: Answer,
+    /// By another structure, without.
+    pub(crate) without: Answer,
+    /// By the ground's own structure, with that log.
+    pub(crate) shared_law: Answer,
+}
+
+/// The table: with a baseline, beside the same by the ground's own law, then without a baseline.
+pub(crate) fn figures(cases: &[Marked]) -> Vec<Target> {
+    let with: fn(&Marked) -> &Answer = |c| &c.with_baseline;
+    let shared: fn(&Marked) -> &Answer = |c| &c.shared_law;
+    let mut rows = vec![];
+    for (what, of, asked) in [
+        ("baseline", with, true),
+        ("baseline, own law", shared, false),
+    ] {
+        let mut row = |figure: &str, m: Metric, must: &'static str, ambitious: &'static str| {
+            rows.push(target(
+                format!("{what}: {figure}"),
+                &m,
+                if asked { must } else { "-" },
+                if asked { ambitious } else { "-" },
+            ));
+        };
+        let right = |c: &Marked| of(c).names.contains(&c.name);
+        row("truth among the names", rate(cases, right), ">= .80", "-");
+        let sizes: Vec<f64> = cases.iter().map(|c| of(c).names.len() as f64).collect();
+        row("names given, mean", mean(&sizes), "<= 3", "-");
+        let wrong = |c: &Marked| of(c).single().is_some_and(|name| name != c.name);
+        row(
+            "one name, and a wrong one",
+            rate(cases, wrong),
+            "<= .06",
+            "-",
+        );
+        let nulls = kind(cases, &[Truth::None]);
+        let clean = |c: &Marked| of(c).single().is_none() && right(c);
+        row("nulls without a name", rate(&nulls, clean), ">= .87", "-");
+        let first = |c: &Marked| of(c).first().is_some_and(|f| f.0 == c.name);
+        let exact = kind(cases, &[Truth::Instrument, Truth::Soil]);
+        row(
+            "instruments and soil, top-1",
+            rate(&exact, first),
+            ">= .85",
+            "-",
+        );
+        let physical = kind(cases, &[Truth::Physical, Truth::OtherForm]);
+        row(
+            "physical effects, top-1",
+            rate(&physical, first),
+            ">= .33",
+            ">= .67",
+        );
+        let other = kind(cases, &[Truth::OtherForm]);
+        row(
+            "of them in a form not known, top-1",
+            rate(&other, first),
+            "-",
+            "-",
+        );
+    }
+    let sure = |c: &Marked| {
+        let first = c.without.first();
+        first.is_some_and(|(name, p)| {
+            *p > SURE && *name != c.name && name != "none" && !name.starts_with("structure:")
+        })
+    };
+    rows.push(target(
+        "no baseline: a wrong effect at P > .9".to_owned(),
+        &rate(cases, sure),
+        "<= .11",
+        "-",
+    ));
+    let structure = |c: &Marked| {
+        let right = format!("structure:{}", c.ground);
+        c.without.first().is_some_and(|f| f.0 == right)
+    };
+    rows.push(target(
+        "no baseline: the ground's structure first".to_owned(),
+        &rate(cases, structure),
+        "-",
+        "-",
+    ));
+    rows
+}
+
+fn kind(cases: &[Marked], kinds: &[Truth]) -> Vec<Marked> {
+    let of = |c: &&Marked| kinds.contains(&c.truth);
+    cases.iter().filter(of).cloned().collect()
+}
+
+fn rate(cases: &[Marked], hit: impl Fn(&Marked) -> bool) -> Metric {
+    let hits: Vec<bool> = cases.iter().map(hit).collect();
+    Metric::rate(&hits, "such cases")
+}
+
+fn mean(values: &[f64]) -> Metric {
+    Metric::resampled(values, "cases", |v| {
+        (!v.is_empty()).then(|| v.iter().sum::<f64>() / v.len() as f64)
+    })
+}
+
+fn target(figure: String, m: &Metric, must: &'static str, ambitious: &'static str) -> Target {
+    Target {
+        figure,
+        n: m.n,
+        value: m.value,
+        lo: m.lo,
+        hi: m.hi,
+        prototype: "-",
+        must,
+        ambitious,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn says(verdict: &str, ranked: &[(&str, f64)]) -> Answer {
+        Answer {
+            verdict: verdict.to_owned(),
+            names: ranked.iter().map(|r| r.0.to_owned()).collect(),
+            ranked: ranked.iter().map(|r| (r.0.to_owned(), r.1)).collect(),
+            probability_unknown: 0.0,
+        }
+    }
+
+    /// By hand: of four cases one null is clean, one instrument is right, one effect is a wrong single name and its truth is
+    /// not given, one other form is second of two.
+    #[test]
+    fn figures_count_what_they_say() {
+        let case = |truth, name: &str, answer: Answer| Marked {
+            truth,
+            name: name.to_owned(),
+            ground: "wong-reece".to_owned(),
+            nominal: "scm-column".to_owned(),
+            form: None,
+            magnitude: vec![],
+            with_baseline: answer.clone(),
+            without: answer.clone(),
+            shared_law: answer,
+        };
+        let cases = [
+            case(Truth::None, "none", says("none", &[("none", 0.8)])),
+            case(
+                Truth::Instrument,
+                "drawbar-gain",
+                says("named", &[("drawbar-gain", 0.95)]),
+            ),
+            case(
+                Truth::Physical,
+                "grousers",
+                says("named", &[("bulldozing", 0.95)]),
+            ),
+            case(
+                Truth::OtherForm,
+                "bulldozing",
+                says("ambiguous", &[("grousers", 0.6), ("bulldozing", 0.3)]),
+            ),
+        ];
+        let rows = figures(&cases);
+        let value = |figure: &str| {
+            let row = rows.iter().find(|r| r.figure == figure).unwrap();
+            (row.value.unwrap(), row.n)
+        };
+        assert_eq!(value("baseline: truth among the names"), (0.75, 4));
+        assert_eq!(value("baseline: names given, mean"), (1.25, 4));
+        assert_eq!(value("baseline: one name, and a wrong one"), (0.25, 4));
+        assert_eq!(value("baseline: nulls without a name"), (1.0, 1));
+        assert_eq!(value("baseline: instruments and soil, top-1"), (1.0, 1));
+        assert_eq!(value("baseline: physical effects, top-1"), (0.0, 2));
+        assert_eq!(value("no baseline: a wrong effect at P > .9"), (0.25, 4));
+    }
+}

@@ -1,0 +1,112 @@
+//! `terra campaign cross-structure`: the diagnosis where ground and simulator do not share the wheel law.
+
+use std::fs;
+use std::path::Path;
+
+use rayon::prelude::*;
+use serde_json::json;
+use terra_gap::{Diagnosis, Settings, diagnose_rig, diagnose_rig_against};
+use terra_model::Registry;
+
+use super::campaign_gap::shown;
+use crate::campaign::cross::{Answer, Case, Marked, Programme, figures};
+use crate::challenge::read_json;
+use crate::error::CliError;
+use crate::output;
+use crate::progress::Bar;
+
+/// Answers kept of each diagnosis.
+const RANKED: usize = 8;
+
+pub(crate) fn run(
+    cases: usize,
+    seed: u64,
+    out: &Path,
+    file: Option<&Path>,
+    quiet: bool,
+) -> Result<(), CliError> {
+    fs::create_dir_all(out).map_err(|reason| CliError::Write {
+        target: out.display().to_string(),
+        reason,
+    })?;
+    let programme = Programme::new()?;
+    let registry = Registry::builtin();
+    let bar = Bar::start(quiet, cases, "diagnosing");
+    let digits = cases.to_string().len().max(3);
+    let marked: Vec<Result<Marked, CliError>> = (0..cases)
+        .into_par_iter()
+        .map(|k| {
+            // Each case is written when it is there, whole: an interrupt costs no more than what is in work.
+            let path = out.join(format!("seed_{seed}_case_{:0digits$}.json", k + 1));
+            let marked = if path.exists() {
+                read_json(&path)
+            } else {
+                let case = programme.case(seed, k)?;
+                let marked = mark(&case, &programme, &registry)?;
+                output::json(Some(&path), &json!(marked)).map(|()| marked)
+            };
+            bar.step();
+            marked
+        })
+        .collect();
+    drop(bar);
+    let marked: Vec<Marked> = marked.into_iter().collect::<Result<_, _>>()?;
+    let rows = figures(&marked);
+    if file.is_some() {
+        output::json(
+            file,
+            &json!({ "campaign": "cross-structure", "cases": cases, "seed": seed, "figures": rows }),
+        )?;
+    }
+    output::stdout(&format!(
+        "{cases} cases of a rig, ground and nominal simulator of different structure{}",
+        shown(&rows)
+    ))
+}
+
+fn mark(case: &Case, programme: &Programme, registry: &Registry) -> Result<Marked, CliError> {
+    let own = programme.rover(case.ground);
+    let other = programme.rover(case.nominal);
+    let against = |rover| {
+        let settings = Settings::of(rover);
+        let found = diagnose_rig_against(&case.sim, &case.real, rover, registry, &settings, false)?;
+        Ok::<_, CliError>(answer(&found.0))
+    };
+    let (alone, _) = diagnose_rig(&case.real, &other, registry, &Settings::of(&other))?;
+    let (form, magnitude) = match &case.effect {
+        Some(e) => (e.form.clone(), e.magnitude.clone()),
+        None => (None, vec![]),
+    };
+    Ok(Marked {
+        truth: case.truth,
+        name: case.name.clone(),
+        ground: case.ground.to_owned(),
+        nominal: case.nominal.to_owned(),
+        form,
+        magnitude,
+        with_baseline: against(&other)?,
+        without: answer(&alone),
+        shared_law: against(&own)?,
+    })
+}
+
+fn answer(d: &Diagnosis) -> Answer {
+    let mut names: Vec<String> = d.set.iter().chain(&d.nearest).cloned().collect();
+    names.sort_unstable();
+    names.dedup();
+    names.retain(|name| name != "unknown");
+    let mut ranked: Vec<(String, f64)> = d
+        .causes
+        .iter()
+        .map(|c| (c.name.clone(), c.probability))
+        .collect();
+    ranked.push(("none".to_owned(), d.probability_none));
+    ranked.sort_by(|a, b| b.1.total_cmp(&a.1).then_with(|| a.0.cmp(&b.0)));
+    ranked.truncate(RANKED);
+    Answer {
+        verdict: d.verdict.to_owned(),
+        names,
+        ranked,
+        probability_unknown: d.probability_unknown,
+    }
+}

@@ -1,0 +1,248 @@
+//! The right physics by another formula: the best single causes of a drive once more, with their formula left free where the
+//! data ask for it.
+//!
+//! No library holds nature's formula. An effect whose curve is not quite the library's leaves a remainder that a second
+//! effect, or something unknown, would be blamed for. So where one of these gains more than every single cause, the best
+//! single causes are asked again with smooth terms that can only reshape what the effect does ([`free::FreeForm`]). Terms are
+//! chosen one by one by their screened gain, each paid for as one choice among all.
+
+mod free;
+mod term;
+
+use std::sync::Arc;
+
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+use terra_model::AnyEffect;
+
+use crate::dataset::{DataSet, Predictor};
+use crate::fit::{Fit, evaluate_from};
+use crate::hypothesis::Hypothesis;
+use crate::noise::Whitener;
+use crate::screen::Tangent;
+use crate::setup::{Screened, Setup};
+use crate::weigh::{Amplitudes, Weighed, contest, weigh};
+
+use free::FreeForm;
+use term::{Regime, Term};
+
+/// Single causes that are asked again, the parts of the best pair beside them.
+const CAUSES: usize = 3;
+/// Terms that a formula may differ by, in as many rounds.
+const TERMS: [usize; 2] = [4, 6];
+/// Screened gain beyond its price \[nats\] that a term must promise.
+const TERM_FROM: f64 = 2.0;
+/// How many times what its terms promise, and how much more, a fit is trusted to gain.
+const TRUST: (f64, f64) = (1.3, 10.0);
+/// Gain \[nats\] of the best single cause from which its formula can be asked about at all.
+const EFFECT: f64 = 10.0;
+/// Nats that it must be behind another answer.
+const BEHIND: f64 = 2.0;
+/// Misfit per value from which a second round of terms is asked for.
+const FAR: f64 = 1.1;
+
+/// The regime of a drive.
+fn regime(data: &DataSet, setup: &Setup<'_>) -> Regime {
+    let most = |name: &str| {
+        let all = data.observations.iter().filter_map(|o| o.factors.get(name));
+        all.fold(1e-3, |most: f64, v| most.max(v.abs()))
+    };
+    let mut paths: Vec<f64> = data
+        .observations
+        .iter()
+        .filter_map(|o| o.factors.get("path").copied())
+        .collect();
+    paths.sort_by(f64::total_cmp);
+    let torque = data
+        .observations
+        .iter()
+        .flat_map(|o| o.channels.iter().zip(&o.values))
+        .filter(|(c, _)| data.channels[**c].name.starts_with("wheel_torque"))
+        .fold(1e-3, |most: f64, (_, v)| most.max(v.abs()));
+    let speed = most("speed");
+    Regime {
+        load: most("load") / 4.0,
+        speed,
+        path: paths.get(paths.len() / 2).map_or(1.0, |p| p.max(0.1)),
+        torque,
+        wheel_speed: speed / setup.rover.wheel.radius,
+    }
+}
+
+/// The log and what is common to all fits to it.
+pub(crate) struct Ground<'a, 'b, P> {
+    pub data: &'a DataSet,
+    pub predictor: &'a P,
+    pub setup: &'a Setup<'b>,
+    pub null: &'a Hypothesis,
+    pub levels: &'a Amplitudes,
+    pub whitener: &'a Whitener,
+}
+
+/// One effect with the terms chosen so far.
+struct Reshaped {
+    effect: Arc<dyn AnyEffect>,
+    regime: Regime,
+    chosen: Vec<Term>,
+}
+
+impl Reshaped {
+    fn hypothesis(&self, null: &Hypothesis, more: &[Term]) -> Option<Hypothesis> {
+        let mut terms = self.chosen.clone();
+        terms.extend(more);
+        let free = FreeForm::new(Arc::clone(&self.effect), self.regime, terms);
+        null.with(Arc::new(free)).ok()
+    }
+
+    /// Chooses more terms at a fit, one by one by their screened gain: the Jacobian with them, and what they promise.
+    fn choose<P: Predictor>(
+        &mut self,
+        ground: &Ground<'_, '_, P>,
+        fit: &Fit,
+        most: usize,
+    ) -> Option<(DMatrix<f64>, f64)> {
+        let all = Term::of(&*self.effect, ground.null.law.model().hooks());
+        let price = (all.len() as f64).ln();
+        let others: Vec<Term> = all
+            .into_iter()
+            .filter(|t| !self.chosen.contains(t))
+            .collect();
+        let h = self.hypothesis(ground.null, &others)?;
+        let mut at = fit.x.as_slice().to_vec();
+        at.resize(h.len(), 0.0);
+        let (data, predictor) = (ground.data, ground.predictor);
+        let columns = evaluate_from(data, predictor, &h, &at, fit.x.len()).ok()?;
+        let columns = ground.whitener.apply(&columns.jacobian);
+        let mut left: Vec<(Term, DVector<f64>)> = others
+            .into_iter()
+            .zip(columns.column_iter().map(|c| c.into_owned()))
+            .filter(|(_, c)| c.iter().all(|v| v.is_finite()) && c.norm_squared() > 1e-8)
+            .collect();
+        let mut fit = fit.clone();
+        let mut promised = 0.0;
+        while self.chosen.len() < most {
+            let tangent = Tangent::of(&fit);
+            let scores = left.iter().map(|(_, c)| tangent.score(c.clone(), false));
+            let best = scores
+                .enumerate()
+                .max_by(|a, b| a.1.log_bayes_factor.total_cmp(&b.1.log_bayes_factor));
+            let Some((k, score)) = best.filter(|b| b.1.log_bayes_factor > price + TERM_FROM) else {
+                break;
+            };
+            promised += score.log_bayes_factor - price;
+            fit.jacobian = score.beside(&fit.jacobian);
+            fit.x = fit.x.push(0.0);
+            self.chosen.push(left.swap_remove(k).0);
+        }
+        (promised > 0.0).then_some((fit.jacobian, promised))
+    }
+}
+
+/// An effect by another formula, where the data ask for one that could stand against `rival`, ln Z of another answer.
+fn reshape<P: Predictor>(
+    ground: &Ground<'_, '_, P>,
+    regime: Regime,
+    plain: &Weighed,
+    rival: f64,
+) -> Option<Weighed> {
+    let effect = Arc::clone(plain.hypothesis.effects().first()?);
+    let price = (Term::of(&*effect, ground.null.law.model().hooks()).len() as f64).ln();
+    let mut shape = Reshaped {
+        effect,
+        regime,
+        chosen: vec![],
+    };
+    let mut found: Option<Weighed> = None;
+    for most in TERMS {
+        let from = found.as_ref().unwrap_or(plain);
+        if found.is_some() && from.chi2_per_value() < FAR {
+            break;
+        }
+        let Some((guess, promised)) = shape.choose(ground, &from.plain, most) else {
+            break;
+        };
+        if from.log_evidence + TRUST.0 * promised + TRUST.1 < rival {
+            break;
+        }
+        let h = shape.hypothesis(ground.null, &[])?;
+        let mut start = from.plain.x.as_slice().to_vec();
+        start.resize(h.len(), 0.0);
+        let mut next = weigh(
+            ground.data,
+            ground.predictor,
+            &h,
+            ground.levels,
+            &[start],
+            Some(guess),
+            contest(ground.setup.kind),
+        )
+        .ok()?;
+        let paid = shape.chosen.len() as f64 * price;
+        next.log_evidence -= paid;
+        next.plain_log_evidence -= paid;
+        let worse = next.log_evidence <= from.log_evidence;
+        if found
+            .as_ref()
+            .is_none_or(|f| next.log_evidence > f.log_evidence)
+        {
+            found = Some(next);
+        }
+        if worse {
+            break;
+        }
+    }
+    found
+}
+
+/// Asks the best single causes and the parts of the best pair again with a free formula, where `rival`, ln Z of a pair or of
+/// something unknown, stands above every single cause and one of these is far above `null`, and puts what is found beside their other forms.
+pub(crate) fn ask_again<P: Predictor>(
+    ground: &Ground<'_, '_, P>,
+    screen: &[Screened],
+    singles: &mut [(usize, Vec<Weighed>)],
+    pairs: &[Weighed],
+    null: f64,
+    rival: f64,
+) {
+    let by_evidence = |a: &Weighed, b: &Weighed| a.log_evidence.total_cmp(&b.log_evidence);
+    let all = singles.iter().flat_map(|(_, w)| w);
+    let best = all
+        .map(|w| w.log_evidence)
+        .fold(f64::NEG_INFINITY, f64::max);
+    if best < null + EFFECT || best + BEHIND > rival {
+        return;
+    }
+    let best_pair = pairs.iter().max_by(|a, b| by_evidence(a, b));
+    let regime = regime(ground.data, ground.setup);
+    let mut order: Vec<usize> = (0..singles.len())
+        .filter(|i| !singles[*i].1.is_empty())
+        .collect();
+    order.sort_by(|a, b| by_evidence(&singles[*b].1[0], &singles[*a].1[0]));
+    let name = |i: usize| screen[singles[i].0].name.as_str();
+    let mut names: Vec<&str> = vec![];
+    order.retain(|i| {
+        let new = !names.contains(&name(*i));
+        names.push(name(*i));
+        new
+    });
+    let part = |i: usize| {
+        let mut effects = best_pair.iter().flat_map(|w| w.hypothesis.effects());
+        effects.any(|e| e.name() == name(i))
+    };
+    let asked: Vec<usize> = order
+        .iter()
+        .enumerate()
+        .filter(|(rank, i)| *rank < CAUSES || part(**i))
+        .map(|(_, i)| *i)
+        .collect();
+    let found: Vec<(usize, Weighed)> = asked
+        .into_par_iter()
+        .filter_map(|i| {
+            let w = reshape(ground, regime, &singles[i].1[0], rival)?;
+            Some((i, w))
+        })
+        .collect();
+    for (i, w) in found {
+        singles[i].1.push(w);
+    }
+}
