@@ -49,6 +49,9 @@ pub fn simulate_drive(
 
 /// [`simulate_drive`] with another integrator.
 ///
+/// Steps of an adaptive one run past the rows, whose states are those of the solution inside a step; the forces of a row
+/// are evaluated at its state. On ground that changes on short stretches (patches, ruts, stones) steps are 10 ms at most.
+///
 /// # Errors
 /// As there.
 pub fn simulate_drive_with(
