@@ -14,6 +14,7 @@ mod planar;
 mod rig;
 mod scenario;
 mod signatures;
+mod steps;
 mod support;
 mod traces;
 mod world;
