@@ -133,6 +133,7 @@ impl ForceTable {
     }
 
     /// Forces of a contact.
+    #[inline]
     pub(crate) fn forces(&mut self, at: &Contact<f64>) -> Result<Forces, ModelError> {
         if self.usable
             && let Some(forces) = self.interpolate(at)

@@ -39,6 +39,7 @@ impl Spacing {
     }
 
     /// The cell of |slip| <= 1 and ln W.
+    #[inline]
     pub(crate) fn cell(&self, slip: f64, ln_load: f64) -> Cell {
         let x = slip.abs() * self.slip_cells as f64;
         let slip_cell = (x as usize).min(self.slip_cells - 1);
@@ -137,6 +138,7 @@ impl Grid {
     }
 
     /// What was decided about a cell; none before [`Grid::trust`].
+    #[inline]
     pub(crate) fn trusted(&self, cell: &Cell) -> Option<bool> {
         let row = self.rows.get(cell.load_cell?)?.as_ref()?;
         match row.trust.get(cell.trust())? {
@@ -192,6 +194,7 @@ impl Grid {
     }
 
     /// The polynomial; none unless all its nodes have values.
+    #[inline]
     pub(crate) fn value(&self, cell: &Cell) -> Option<Node> {
         let (node, load_cell) = (cell.node(), cell.load_cell?);
         let (x, y) = cell.at;
@@ -218,6 +221,7 @@ impl Grid {
 }
 
 /// Weights of nodes 0, 1, ..., 5 at x: products of what lies left and right of each, over k! (5 - k)! with its sign.
+#[inline]
 fn lagrange(x: f64) -> [f64; POINTS] {
     const OVER: [f64; POINTS] = [
         -1.0 / 120.0,

@@ -20,6 +20,7 @@ pub(crate) struct Instant {
 
 impl Instant {
     /// On the chord from `before` through this, as far behind this as `share` of their distance.
+    #[inline]
     pub(crate) fn beyond(&self, before: &Instant, share: f64) -> Instant {
         let along = |now: f64, before: f64| now + share * (now - before);
         let mut out = *self;
@@ -71,6 +72,7 @@ impl Warm {
     };
 
     /// a_x as the last two instants let expect it.
+    #[inline]
     pub(crate) fn expected(&self, time: f64) -> f64 {
         let rise = self.trend * (time - self.time);
         if rise.abs() < PROMISED {
@@ -81,6 +83,7 @@ impl Warm {
     }
 
     /// One instant more.
+    #[inline]
     pub(crate) fn learn(&mut self, time: f64, slope: f64, (ahead, aside): (f64, f64)) {
         let passed = time - self.time;
         if passed != 0.0 {
