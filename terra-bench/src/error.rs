@@ -3,6 +3,7 @@
 use terra_ekf::FilterError;
 use terra_mme::EstimatorError;
 use terra_model::ModelError;
+use terra_sim::SimError;
 
 /// Why a bench has no figure.
 #[derive(Debug, thiserror::Error)]
@@ -32,6 +33,9 @@ pub enum BenchError {
     /// An estimator failed.
     #[error(transparent)]
     Estimator(#[from] EstimatorError),
+    /// A simulation failed.
+    #[error(transparent)]
+    Sim(#[from] SimError),
     /// The reference filter met a matrix that has no inverse.
     #[error("the innovation covariance of the reference filter is singular at step {step}")]
     Singular {

@@ -8,6 +8,7 @@
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::panic))]
 
 pub mod caches;
+pub mod drive;
 mod error;
 pub mod filter;
 pub mod fused;

@@ -11,11 +11,12 @@ use crate::effects::{ActiveEffects, LogKind};
 use crate::error::SimError;
 use crate::ground::{Ground, Ruts};
 use crate::history::History;
-use crate::integrate::Integrator;
+use crate::instant::Warm;
+use crate::integrate::{DormandPrince, Integrator, Pace, Step};
 use crate::loads::LoadedVehicle;
 use crate::noise::{RoughGround, Roughness, Stream};
 use crate::record::{Columns, record};
-use crate::robot::{Robot, SPEED, STATES, Surroundings, WHEELS_AT, Warm};
+use crate::robot::{Robot, SPEED, STATES, Surroundings, WHEELS_AT};
 use crate::scenario::{DriveSegment, Scenario, SideSlip};
 use crate::sensors;
 use crate::truth::DriveTruth;
@@ -48,6 +49,9 @@ pub fn simulate_drive(
 }
 
 /// [`simulate_drive`] with another integrator.
+///
+/// Steps of an adaptive one run past the rows, whose states are those of the solution inside a step; the forces of a row
+/// are evaluated at its state. On ground that changes on short stretches (patches, ruts, stones) steps are 10 ms at most.
 ///
 /// # Errors
 /// As there.
@@ -88,19 +92,19 @@ pub fn simulate_drive_with(
     let watched = robot.watched(scenario.world.motor.lag > 0.0);
 
     let mut truth = DriveTruth::default();
-    let mut history = History::default();
+    let mut history = History::new(sensors::any_late(scenario, &effects));
     let mut declared = Columns::default();
     let mut y = [0.0; STATES];
     let mut time = 0.0;
     let mut pass = 1;
-    let mut step = None;
+    let mut pace = Pace::default();
     for (index, segment) in scenario.segments.iter().enumerate() {
         if index == 0 || segment.reset {
             y = initial(segment);
             pass = 1;
             robot.warm = Warm::COLD;
             robot.known = None;
-            step = None;
+            pace = Pace::default();
             robot.ruts = scenario.world.ruts.then(|| Ruts::new(rover.wheel.width));
             history.begin(time, &y);
         }
@@ -128,32 +132,61 @@ pub fn simulate_drive_with(
         let first_row = truth.time.len();
         let rows = (segment.duration * scenario.rate - 1e-9).ceil().max(1.0) as usize;
         let end = time + segment.duration;
-        for k in 0..rows {
-            let from = time + k as f64 / scenario.rate;
-            let to = if k + 1 == rows {
-                end
-            } else {
-                time + (k + 1) as f64 / scenario.rate
-            };
-            let now = robot.instant(from, &y, &around, &control)?;
-            record(&mut truth, from, &y, &now, &robot, &around.vehicle);
-            if let Some(currents) = control.current(from, &y) {
+        let when = |k: usize| match k == rows {
+            true => end,
+            false => time + k as f64 / scenario.rate,
+        };
+        // Rates, rows and steps all need the robot, one after the other.
+        let shared = RefCell::new(&mut robot);
+        let rate = &mut |t: f64, y: &[f64; STATES]| {
+            let mut robot = shared.borrow_mut();
+            robot.instant(t, y, &around, &control).map(|i| i.rate)
+        };
+        let mut row = |t: f64, y: &[f64; STATES]| -> Result<(), SimError> {
+            let mut robot = shared.borrow_mut();
+            let now = robot.instant(t, y, &around, &control)?;
+            record(&mut truth, t, y, &now, &robot, &around.vehicle);
+            if let Some(currents) = control.current(t, y) {
                 let columns = truth.motor_current.get_or_insert_with(Default::default);
                 for (column, current) in columns.iter_mut().zip(currents) {
                     column.push(current);
                 }
             }
             declared.push(segment, pass);
-            advance(
-                &mut robot,
-                &integrator,
-                (watched, &mut step),
-                (from, to),
-                &mut y,
-                &around,
-                &control,
-                &mut history,
-            )?;
+            Ok(())
+        };
+        match integrator {
+            Integrator::Rk4(method) => {
+                for k in 0..rows {
+                    row(when(k), &y)?;
+                    let behind = &mut |t: f64, y: &[f64; STATES]| {
+                        history.push(t, y);
+                        shared.borrow_mut().leave_ruts(y, &around.vehicle);
+                    };
+                    method.through(watched, rate, when(k), when(k + 1), &mut y, behind)?;
+                }
+            }
+            Integrator::DormandPrince(method) => {
+                let longest = method.max_step.min(shared.borrow().longest_step());
+                let method = DormandPrince {
+                    max_step: longest,
+                    ..method
+                };
+                row(time, &y)?;
+                let mut next = 1;
+                let behind = &mut |step: &Step<STATES>| {
+                    while next < rows && when(next) <= step.end() {
+                        row(when(next), &step.at(when(next)))?;
+                        next += 1;
+                    }
+                    history.follow(step);
+                    Ok(shared.borrow_mut().leave_ruts(step.last(), &around.vehicle))
+                };
+                method.through(watched, &mut pace, rate, time, end, &mut y, behind)?;
+                for k in next..rows {
+                    row(when(k), &y)?;
+                }
+            }
         }
         control.hand_over(&mut y);
         truth.segments.push(Segment {
@@ -170,46 +203,6 @@ pub fn simulate_drive_with(
     let declared = declared.finish(&scenario.segments);
     let log = sensors::log(&truth, &history, declared, scenario, rover, &robot.effects)?;
     Ok(DriveRun { log, truth })
-}
-
-/// Carries the state from one row to the next.
-fn advance(
-    robot: &mut Robot,
-    integrator: &Integrator,
-    (watched, first): (usize, &mut Option<f64>),
-    (from, to): (f64, f64),
-    y: &mut [f64; STATES],
-    around: &Surroundings,
-    control: &Control,
-    history: &mut History,
-) -> Result<(), SimError> {
-    // Rates and steps both need the robot, one after the other.
-    let robot = RefCell::new(robot);
-    integrator.advance_watching(
-        watched,
-        first,
-        &mut |t, y: &[f64; STATES]| {
-            robot
-                .borrow_mut()
-                .instant(t, y, around, control)
-                .map(|i| i.rate)
-        },
-        from,
-        to,
-        y,
-        &mut |t, y| {
-            history.push(t, y);
-            let mut robot = robot.borrow_mut();
-            if robot.ruts.is_some() {
-                let places = robot.places(y, &around.vehicle);
-                if let Some(ruts) = &mut robot.ruts
-                    && ruts.step(places)
-                {
-                    robot.known = None;
-                }
-            }
-        },
-    )
 }
 
 fn check(scenario: &Scenario, rover: &Rover) -> Result<(), SimError> {

@@ -1,15 +1,18 @@
-//! Wheel forces remembered: a table over slip and load that fills itself where the run goes.
+//! Wheel forces remembered: tables over slip and load that fill themselves where the run goes.
 //!
 //! A drive asks for the forces of nearly the same contact hundreds of thousands of times, each a root to find. Where
-//! model and effects together look at slip and load alone, in a contact whose radius, width, hooks, pass and side stay
-//! what they are, the forces are a smooth function of two numbers, and a [`Grid`] answers. It is the law itself, effects
-//! included, that is tabulated.
+//! model and effects together look at slip and load alone, in a contact whose radius, width and hooks stay what they are,
+//! the forces are a smooth function of two numbers, and a [`Grid`] answers: a coarse one, and a finer one where that is not
+//! exact. It is the law itself, effects included, that is tabulated.
 //!
 //! Each cell is audited before it answers: the polynomial is compared with the law in the middle of the cell, and a cell
-//! that is off by more than [`AUDIT`] is left to the law for good (a kink, a layer that is reached, no equilibrium
-//! nearby). In the same place the law is asked about a contact that differs in everything else; one difference and the
-//! table is never used. A wheel that slides sideways, and a contact that is never twice the same (terrain drift along the
-//! path), go to the law.
+//! that is off by more than [`AUDIT`] is left to the finer grid, one of that to the law for good (a kink, a layer that is
+//! reached, no equilibrium nearby). The law is asked there about a contact that differs in everything else. Where that is
+//! what the difference comes from, sides and passes get grids of their own, or the table is never used. A wheel that slides
+//! sideways, and a contact that is never twice the same (terrain drift along the path), go to the law.
+//!
+//! Which contacts have a grid is settled between instants, never among the wheels of one, so that wheels in the same
+//! contact get the same answer whatever their order.
 
 use std::sync::Arc;
 
@@ -17,13 +20,24 @@ use terra_model::{AnyModel, Contact, ForceLaw, Law, ModelError, WheelForces};
 
 use crate::effects::ActiveEffects;
 use crate::error::SimError;
-use crate::grid::{Cell, Grid, Node};
+use crate::grid::{Cell, Grid, Node, Spacing};
 
 /// Largest error of a cell in its middle, as a share of |D| + |T|/R and of z.
 const AUDIT: f64 = 1e-7;
-/// Sets of passes, sides and hooks that get a grid.
+/// The grids of a contact, tried in turn.
+const LEVELS: [Spacing; 2] = [
+    Spacing {
+        slip_cells: 32,
+        load_step: 0.1,
+    },
+    Spacing {
+        slip_cells: 64,
+        load_step: 0.05,
+    },
+];
+/// Sets of passes, sides and hooks that get grids.
 const MAX_SHAPES: usize = 16;
-/// How often a contact must come again before it gets one: those that change all the time never do.
+/// How often a contact must come again before it gets them: those that change all the time never do.
 const ADMITTED_AT: u32 = 24;
 /// Contacts that wait for it.
 const WAITING: usize = 8;
@@ -50,12 +64,15 @@ impl From<WheelForces<f64>> for Forces {
 
 /// All of a contact but slip, load and motion, to the bit; what differs most often stands first.
 type Shape = [u64; 16];
+/// The numbers of a shape that tell sides and passes apart.
+const SIDED: usize = 3;
 
 fn shape(at: &Contact<f64>) -> Shape {
     let h = &at.hooks;
     [
         at.side,
         at.earlier_passes,
+        at.wheelbase,
         at.radius,
         h.stiffness,
         h.cohesion,
@@ -69,7 +86,6 @@ fn shape(at: &Contact<f64>) -> Shape {
         h.layer_depth,
         h.layer_stiffness,
         at.width,
-        at.wheelbase,
     ]
     .map(f64::to_bits)
 }
@@ -81,7 +97,9 @@ pub(crate) struct ForceTable {
     effects: ActiveEffects,
     soil: Vec<f64>,
     usable: bool,
-    grids: Vec<(Shape, Grid)>,
+    /// Sides and passes have grids of their own.
+    sided: bool,
+    grids: Vec<(Shape, [Grid; LEVELS.len()])>,
     waiting: [(Shape, u32); WAITING],
     next: usize,
     /// The model gives a sinkage.
@@ -101,6 +119,7 @@ impl ForceTable {
             effects: effects.clone(),
             soil,
             usable: true,
+            sided: false,
             grids: Vec::new(),
             waiting: [([0; 16], 0); WAITING],
             next: 0,
@@ -114,6 +133,7 @@ impl ForceTable {
     }
 
     /// Forces of a contact.
+    #[inline]
     pub(crate) fn forces(&mut self, at: &Contact<f64>) -> Result<Forces, ModelError> {
         if self.usable
             && let Some(forces) = self.interpolate(at)
@@ -127,27 +147,39 @@ impl ForceTable {
         self.law.forces(&self.parameters, at).map(Forces::from)
     }
 
-    /// The grid of this contact, where it has one; a contact that keeps coming gets one.
-    fn grid(&mut self, shape: Shape) -> Option<usize> {
+    /// Gives grids to the contacts that keep coming. Between instants only.
+    pub(crate) fn settle(&mut self) {
+        for (shape, times) in &mut self.waiting {
+            if *times >= ADMITTED_AT && self.grids.len() < MAX_SHAPES {
+                *times = 0;
+                self.grids.push((*shape, LEVELS.map(Grid::new)));
+            }
+        }
+    }
+
+    /// The grids of this contact, where it has some.
+    fn grids(&mut self, shape: Shape) -> Option<usize> {
         if let Some(index) = self.grids.iter().position(|(s, _)| *s == shape) {
             return Some(index);
         }
-        if self.grids.len() >= MAX_SHAPES {
-            return None;
-        }
-        let Some((_, times)) = self.waiting.iter_mut().find(|(s, _)| *s == shape) else {
-            if let Some(slot) = self.waiting.get_mut(self.next) {
-                *slot = (shape, 1);
+        match self.waiting.iter_mut().find(|(s, _)| *s == shape) {
+            Some((_, times)) => *times += 1,
+            None => {
+                if let Some(slot) = self.waiting.get_mut(self.next) {
+                    *slot = (shape, 1);
+                }
+                self.next = (self.next + 1) % WAITING;
             }
-            self.next = (self.next + 1) % WAITING;
-            return None;
-        };
-        *times += 1;
-        if *times < ADMITTED_AT {
-            return None;
         }
-        self.grids.push((shape, Grid::default()));
-        Some(self.grids.len() - 1)
+        None
+    }
+
+    fn shape(&self, at: &Contact<f64>) -> Shape {
+        let mut shape = shape(at);
+        if !self.sided {
+            shape[..SIDED].fill(0);
+        }
+        shape
     }
 
     fn interpolate(&mut self, at: &Contact<f64>) -> Option<Forces> {
@@ -155,49 +187,77 @@ impl ForceTable {
         if sideways || !(at.slip.abs() <= 1.0 && at.normal_load > 0.0) {
             return None;
         }
-        let index = self.grid(shape(at))?;
-        let cell = Cell::of(at.slip, at.normal_load);
-        let known = self.grids.get(index)?.1.trusted(&cell);
-        let trusted = match known {
-            Some(trusted) => trusted,
-            None => self.audit(index, &cell, at)?,
-        };
-        if !trusted {
-            return None;
+        let index = self.grids(self.shape(at))?;
+        let ln_load = at.normal_load.ln();
+        for level in 0..LEVELS.len() {
+            let grid = self.grids.get(index)?.1.get(level)?;
+            let cell = grid.cell(at.slip, ln_load);
+            let trusted = match grid.trusted(&cell) {
+                Some(trusted) => trusted,
+                None => self.audit(index, level, &cell, at)?,
+            };
+            if trusted {
+                let grid = self.grids.get(index)?.1.get(level)?;
+                let [drawbar_pull, resistive_torque, lateral_force, sinkage] = grid.value(&cell)?;
+                return Some(Forces {
+                    drawbar_pull,
+                    resistive_torque,
+                    lateral_force,
+                    sinkage: self.has_sinkage.then_some(sinkage),
+                });
+            }
         }
-        let [drawbar_pull, resistive_torque, lateral_force, sinkage] =
-            self.grids.get(index)?.1.value(&cell)?;
-        Some(Forces {
-            drawbar_pull,
-            resistive_torque,
-            lateral_force,
-            sinkage: self.has_sinkage.then_some(sinkage),
-        })
+        None
     }
 
-    /// Fills the nodes of a cell and decides whether it may answer; none where the table is of no use at all.
-    fn audit(&mut self, index: usize, cell: &Cell, at: &Contact<f64>) -> Option<bool> {
+    /// Fills the nodes of a cell and decides whether it may answer; none where the grid itself is of no use.
+    fn audit(
+        &mut self,
+        index: usize,
+        level: usize,
+        cell: &Cell,
+        at: &Contact<f64>,
+    ) -> Option<bool> {
         let contact = |slip: f64, load: f64| {
             let mut contact = *at;
             contact.slip = slip;
             contact.normal_load = load;
             contact
         };
-        let (_, mut grid) = self.grids.get_mut(index).map(std::mem::take)?;
+        let (_, grids) = self.grids.get_mut(index)?;
+        let slot = grids.get_mut(level)?;
+        let mut grid = std::mem::replace(slot, Grid::new(LEVELS[level]));
         grid.fill(cell, |slip, load| self.node(&contact(slip, load)));
         let (slip, load) = cell.middle();
+        let near = grid.value(&grid.cell(slip, load.ln()));
         let middle = contact(slip, load);
-        let exact = self.node(&middle);
-        let trusted = exact
-            .zip(grid.value(&Cell::of(slip, load)))
-            .is_some_and(|(exact, near)| agrees(&exact, &near, at.radius));
-        grid.trust(cell, trusted);
-        let alone = exact == self.node(&otherwise(&middle));
-        if let Some(slot) = self.grids.get_mut(index) {
-            *slot = (shape(at), grid);
+        let mut strange = otherwise(&middle);
+        if !self.sided {
+            strange.side = -middle.side;
+            strange.earlier_passes = middle.earlier_passes + 1.0;
+            strange.wheelbase = 1.7 * middle.wheelbase;
         }
-        self.usable &= alone;
-        alone.then_some(trusted)
+        let exact = self.node(&strange);
+        let trusted = exact
+            .zip(near)
+            .is_some_and(|(exact, near)| agrees(&exact, &near, at.radius));
+        if !trusted {
+            let plain = self.node(&middle);
+            if plain != exact {
+                // Something else than slip and load tells: a grid for each side and pass, or none at all.
+                if !self.sided && self.node(&otherwise(&middle)) == plain {
+                    self.sided = true;
+                    self.grids.clear();
+                    self.waiting = Default::default();
+                } else {
+                    self.usable = false;
+                }
+                return None;
+            }
+        }
+        grid.trust(cell, trusted);
+        *self.grids.get_mut(index)?.1.get_mut(level)? = grid;
+        Some(trusted)
     }
 
     /// What the law says, as a node; none where the soil carries no such contact.
@@ -235,160 +295,4 @@ fn otherwise(contact: &Contact<f64>) -> Contact<f64> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::effects::LogKind;
-    use crate::scenario::EffectSetting;
-    use terra_model::{Param, Real, Registry, TerrainModel, catalogue};
-
-    fn table(soil: &str, effects: &[(&str, f64)]) -> ForceTable {
-        let registry = Registry::builtin();
-        let model = registry.model("wong-reece").unwrap();
-        let settings: Vec<EffectSetting> = effects
-            .iter()
-            .map(|(n, e)| EffectSetting::new(*n, *e))
-            .collect();
-        let active = ActiveEffects::new(&settings, &model, &registry, LogKind::Drive).unwrap();
-        let p = catalogue::find(soil).unwrap().parameters(&*model).unwrap();
-        ForceTable::new(&model, &active, p).unwrap()
-    }
-
-    /// Both passes of [`compare`] come often enough to get a grid.
-    fn admit(table: &mut ForceTable, loads: &[f64]) {
-        for pass in [0.0, 1.0] {
-            for _ in 0..ADMITTED_AT {
-                let mut at = Contact::new(0.1, loads[0], 0.254, 0.15);
-                at.earlier_passes = pass;
-                table.forces(&at).unwrap();
-            }
-        }
-    }
-
-    /// Largest difference between table and law off the nodes, and the share of queries the table answered.
-    fn compare(table: &mut ForceTable, loads: &[f64]) -> (f64, f64) {
-        let (mut worst, mut answered, mut asked): (f64, f64, f64) = (0.0, 0.0, 0.0);
-        admit(table, loads);
-        for &load in loads {
-            for k in 0..60 {
-                let mut at = Contact::new(0.0021 + f64::from(k) / 61.0, load, 0.254, 0.15);
-                at.earlier_passes = f64::from(k % 2);
-                let Ok(exact) = table.law.forces(&table.parameters, &at) else {
-                    continue;
-                };
-                asked += 1.0;
-                let Some(near) = table.interpolate(&at) else {
-                    continue;
-                };
-                answered += 1.0;
-                let scale = exact.drawbar_pull.abs() + exact.resistive_torque / 0.254;
-                worst = worst
-                    .max((near.drawbar_pull - exact.drawbar_pull).abs() / scale)
-                    .max((near.resistive_torque - exact.resistive_torque).abs() / 0.254 / scale)
-                    .max((near.sinkage.unwrap() / exact.sinkage.unwrap() - 1.0).abs());
-            }
-        }
-        (worst, answered / asked)
-    }
-
-    /// The three soils of the reference paper at both of its loads, to the default tier of 1e-7.
-    #[test]
-    fn agrees_with_the_model() {
-        for soil in ["dry_sand", "upland_sandy_loam", "lean_clay_22"] {
-            let (worst, share) = compare(
-                &mut table(soil, &[]),
-                &[187.0, 245.25, 310.0, 1900.0, 2452.5],
-            );
-            assert!(worst < 1e-7 && share > 0.95, "{soil}: {worst:e}, {share}");
-        }
-    }
-
-    #[test]
-    fn agrees_under_effects_with_fixed_hooks() {
-        let effects = [
-            ("grousers", 0.01),
-            ("multipass", 0.8),
-            ("wheel-radius-error", 0.04),
-        ];
-        let (worst, share) = compare(&mut table("dry_sand", &effects), &[187.0, 245.25, 310.0]);
-        assert!(worst < 1e-7 && share == 1.0, "{worst:e}, {share}");
-    }
-
-    /// Effects that look at slip and load alone are part of the law that is tabulated, whether they change the contact
-    /// with slip or the forces behind it.
-    #[test]
-    fn agrees_under_effects_of_slip_and_on_forces() {
-        for effect in [
-            ("slip-sinkage", 0.3),
-            ("bulldozing", 1.0),
-            ("shear-hump", 0.4),
-        ] {
-            let mut table = table("dry_sand", &[effect]);
-            let (worst, share) = compare(&mut table, &[187.0, 245.25, 310.0]);
-            assert!(
-                worst < 1e-7 && share > 0.9,
-                "{effect:?}: {worst:e}, {share}"
-            );
-        }
-    }
-
-    /// A soil that stiffens along the path, or with speed, is never tabulated: each answer is the law's own.
-    #[test]
-    fn changing_contacts_go_to_the_law() {
-        for effect in [("terrain-drift", 0.4), ("rate-stiffening", 0.3)] {
-            let mut table = table("dry_sand", &[effect]);
-            for k in 0..400 {
-                let mut at = Contact::new(0.2, 245.25, 0.254, 0.15);
-                at.path = 0.01 * f64::from(k);
-                at.speed = 0.3 + 0.002 * f64::from(k);
-                let exact = table.exact(&at).unwrap();
-                assert_eq!(table.forces(&at).unwrap(), exact, "{effect:?}");
-            }
-            assert!(!table.usable, "{effect:?}");
-        }
-    }
-
-    /// A layer that is reached at one load is a kink, and cells across it answer nothing.
-    #[test]
-    fn cells_across_a_kink_are_left_to_the_law() {
-        let mut table = table("dry_sand", &[("layered-soil", 2.0)]);
-        let loads: Vec<f64> = (0..60).map(|k| 120.0 * 1.03f64.powi(k)).collect();
-        let (worst, _) = compare(&mut table, &loads);
-        assert!(worst < 1e-6, "{worst:e}");
-    }
-
-    /// Pull that grows with travel speed.
-    #[derive(Default)]
-    struct Fast;
-    impl TerrainModel for Fast {
-        const NAME: &'static str = "fast";
-        const SUMMARY: &'static str = "pull grows with speed";
-        const PARAMS: &'static [Param] = &[];
-        const REFERENCE: &'static str = "none";
-        fn wheel_forces<T: Real>(
-            &self,
-            _p: &[T],
-            at: &Contact<T>,
-        ) -> Result<WheelForces<T>, ModelError> {
-            Ok(WheelForces::from_thrust(
-                at.speed * at.slip,
-                T::zero(),
-                T::one(),
-            ))
-        }
-    }
-
-    #[test]
-    fn a_model_that_looks_at_the_speed_is_never_tabulated() {
-        let registry = Registry::builtin().with_model::<Fast>();
-        let model = registry.model("fast").unwrap();
-        let none = ActiveEffects::new(&[], &model, &registry, LogKind::Drive).unwrap();
-        let mut table = ForceTable::new(&model, &none, Vec::new()).unwrap();
-        for k in 0..100 {
-            let speed = 0.5 + 0.01 * f64::from(k);
-            let mut at = Contact::new(0.3, 245.25, 0.254, 0.15);
-            at.speed = speed;
-            assert_eq!(table.forces(&at).unwrap().drawbar_pull, speed * 0.3);
-        }
-        assert!(!table.usable);
-    }
-}
+mod tests;

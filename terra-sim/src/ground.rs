@@ -111,6 +111,16 @@ impl Ground {
         }
     }
 
+    /// True where the soil changes along the path.
+    pub(crate) fn changes(&self) -> bool {
+        !self.changes.is_empty()
+    }
+
+    /// Between instants: which contacts are worth remembering.
+    pub(crate) fn settle(&mut self) {
+        self.tables.iter_mut().for_each(ForceTable::settle);
+    }
+
     fn table(&mut self, index: usize, at: &Contact<f64>) -> Result<Forces, ModelError> {
         match self.tables.get_mut(index) {
             Some(table) => table.forces(at),

@@ -1,5 +1,6 @@
 //! The motion between the rows of a log, for sensors that are late.
 
+use crate::integrate::Step;
 use crate::robot::{LATERAL_SPEED, PATH, SPEED, STATES, WHEELS_AT, YAW_RATE};
 
 /// Numbers kept a step: v, r, four ω, v_y, path.
@@ -27,12 +28,17 @@ impl Known {
     }
 }
 
-/// Motion at each step of the integrator.
-#[derive(Clone, Debug, Default)]
+/// Motion at each step of the integrator, and inside long ones.
+#[derive(Clone, Debug)]
 pub(crate) struct History {
+    /// Some sensor looks back.
+    wanted: bool,
     /// (t, kept), in order; a reset starts a new piece.
     pieces: Vec<Vec<(f64, [f64; KEPT])>>,
 }
+
+/// What is kept lies no farther apart \[s\], because values are read straight between.
+const SPACING: f64 = 1e-3;
 
 fn kept(y: &[f64; STATES]) -> [f64; KEPT] {
     [
@@ -48,14 +54,38 @@ fn kept(y: &[f64; STATES]) -> [f64; KEPT] {
 }
 
 impl History {
+    /// Of a run; nothing is kept when no sensor looks back.
+    pub(crate) fn new(wanted: bool) -> Self {
+        History {
+            wanted,
+            pieces: Vec::new(),
+        }
+    }
+
     /// A run or a reset begins.
     pub(crate) fn begin(&mut self, time: f64, y: &[f64; STATES]) {
         self.pieces.push(vec![(time, kept(y))]);
     }
 
+    /// A step of free length.
+    pub(crate) fn follow(&mut self, step: &Step<STATES>) {
+        if !self.wanted {
+            return;
+        }
+        let length = step.end() - step.begin();
+        let parts = (length / SPACING).ceil();
+        let mut part = 1.0;
+        while part < parts {
+            let time = step.begin() + length * part / parts;
+            self.push(time, &step.at(time));
+            part += 1.0;
+        }
+        self.push(step.end(), step.last());
+    }
+
     /// One step more.
     pub(crate) fn push(&mut self, time: f64, y: &[f64; STATES]) {
-        if let Some(piece) = self.pieces.last_mut() {
+        if let Some(piece) = self.pieces.last_mut().filter(|_| self.wanted) {
             piece.push((time, kept(y)));
         }
     }

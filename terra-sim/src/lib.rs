@@ -26,6 +26,7 @@ mod forms;
 mod grid;
 mod ground;
 mod history;
+mod instant;
 pub mod integrate;
 mod loads;
 mod noise;

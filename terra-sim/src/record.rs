@@ -2,9 +2,10 @@
 
 use terra_data::Series;
 
+use crate::instant::Instant;
 use crate::loads::LoadedVehicle;
 use crate::robot::{
-    HEADING, Instant, LATERAL_SPEED, PATH, POSITION, Robot, SPEED, STATES, WHEELS_AT, YAW_RATE,
+    HEADING, LATERAL_SPEED, PATH, POSITION, Robot, SPEED, STATES, WHEELS_AT, YAW_RATE,
 };
 use crate::scenario::DriveSegment;
 use crate::sensors::Declared;

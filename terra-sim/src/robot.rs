@@ -15,7 +15,9 @@
 //! Loads depend on a, a on the wheel forces, those on the loads. The unknown a_x is solved by secant steps on
 //! "acceleration of the forces at the loads of a, less a", started from the last instant's a and slope, until they
 //! agree within 1e-10 m/s² (1e-6 m/s² where the forces themselves jump); a_y, on which the forces hardly depend, is
-//! substituted along the way. Without load transfer and load effects one evaluation is exact.
+//! substituted along the way. Without load transfer and load effects one evaluation is exact. Straight on, two evaluations mostly
+//! are enough: all forces are taken along the chord through both to where it has no residual, when the distances to both
+//! are so short that what bends is below 1e-9.
 //!
 //! # Reference
 //! L. E. Ray, Proc. SPIE 2008, eqs 1-6; load transfer by the balance of moments about the ground.
@@ -26,6 +28,7 @@ use crate::control::Control;
 use crate::effects::{ActiveEffects, MEMORIES};
 use crate::error::SimError;
 use crate::ground::{Ground, Ruts};
+use crate::instant::{Instant, Warm};
 use crate::loads::LoadedVehicle;
 use crate::noise::RoughGround;
 use crate::off_library::WheelView;
@@ -76,38 +79,6 @@ pub(crate) struct Surroundings {
     pub(crate) pass: u32,
 }
 
-/// Everything at one instant.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Instant {
-    /// dy/dt.
-    pub(crate) rate: [f64; STATES],
-    /// Specific force along x \[m/s²\].
-    pub(crate) specific_force: f64,
-    /// Specific force along y \[m/s²\].
-    pub(crate) side_force: f64,
-    /// Torque the motors deliver \[N m\].
-    pub(crate) motor_torque: [f64; 4],
-    /// Wheels.
-    pub(crate) wheels: [WheelState; 4],
-}
-
-/// Start of the next solution for the accelerations.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Warm {
-    ahead: f64,
-    slope: f64,
-    aside: f64,
-}
-
-impl Warm {
-    /// Nothing known.
-    pub(crate) const COLD: Warm = Warm {
-        ahead: 0.0,
-        slope: -1.0,
-        aside: 0.0,
-    };
-}
-
 /// The vehicle on its soil.
 pub(crate) struct Robot {
     pub(crate) ground: Ground,
@@ -128,7 +99,12 @@ const TOLERANCE: f64 = 1e-10;
 /// jump by 1e-8 of their size, and no closer agreement exists across the jump.
 const LOOSE_TOLERANCE: f64 = 1e-6;
 const PATIENCE: usize = 20;
+/// Product of the distances \[m²/s⁴\] from two evaluations below which the chord is the curve: a force that changes by its
+/// own size over 10 m/s² leaves it by 1e-9 of its size.
+const CHORD: f64 = 1e-7;
 const MAX_ITERATIONS: usize = 60;
+/// \[s\]; at 1 m/s a centimetre.
+const SHORT_STEP: f64 = 0.01;
 
 impl Robot {
     /// States that decide on the integrator's step: all that feed back in this run. The others are integrals of these.
@@ -142,6 +118,15 @@ impl Robot {
         } else {
             LATERAL_SPEED
         }
+    }
+
+    /// Largest step \[s\] that passes over nothing the ground or an effect does on a short stretch of path or time: stones,
+    /// gusts, changes of soil, ruts as wide as a wheel.
+    pub(crate) fn longest_step(&self) -> f64 {
+        let smooth = self.ruts.is_none()
+            && !self.ground.changes()
+            && self.effects.unlisted().next().is_none();
+        if smooth { f64::INFINITY } else { SHORT_STEP }
     }
 
     /// The wheel as an off-library effect sees it.
@@ -186,6 +171,19 @@ impl Robot {
         })
     }
 
+    /// The wheels stand there now; true when one left a rut, which changes what the others feel.
+    pub(crate) fn leave_ruts(&mut self, y: &[f64; STATES], vehicle: &LoadedVehicle) -> bool {
+        if self.ruts.is_none() {
+            return false;
+        }
+        let places = self.places(y, vehicle);
+        let left = self.ruts.as_mut().is_some_and(|ruts| ruts.step(places));
+        if left {
+            self.known = None;
+        }
+        left
+    }
+
     /// Rates and forces at one instant.
     pub(crate) fn instant(
         &mut self,
@@ -200,17 +198,19 @@ impl Robot {
         {
             return Ok(*instant);
         }
+        self.ground.settle();
         let motor = control.torque(time, y);
         let coupled = around.vehicle.car.cg_height != 0.0 || self.effects.any_loads();
         let Warm {
-            ahead: mut a,
             mut slope,
             mut aside,
+            ..
         } = self.warm;
+        let mut a = self.warm.expected(time);
         if !self.slides {
             aside = y[YAW_RATE] * y[SPEED] + around.vehicle.side_gravity();
         }
-        let mut last: Option<(f64, f64)> = None;
+        let mut last: Option<((f64, f64), f64, Instant)> = None;
         for iteration in 0..MAX_ITERATIONS {
             let tolerance = if iteration < PATIENCE {
                 TOLERANCE
@@ -226,46 +226,56 @@ impl Robot {
             let settled = residual.abs() <= tolerance * (1.0 + a.abs())
                 && side.abs() <= tolerance * (1.0 + aside.abs());
             if !coupled || settled {
-                if let Some((wheel, state)) = instant
-                    .wheels
-                    .iter()
-                    .enumerate()
-                    .find(|(_, s)| s.normal_load <= 0.0)
-                {
-                    return Err(SimError::WheelLift {
-                        time,
-                        wheel,
-                        load: state.normal_load,
-                    });
-                }
-                self.warm = Warm {
-                    ahead: instant.specific_force,
-                    slope,
-                    aside: instant.side_force,
-                };
-                let mut instant = instant;
-                control.rates(time, y, &mut instant.rate);
-                self.known = Some((time, *y, instant));
-                return Ok(instant);
+                return self.found(instant, slope, (time, y), control);
             }
-            if let Some((a_last, residual_last)) = last
-                && a != a_last
+            let mut step = -residual / slope;
+            if let Some(((a_last, aside_last), residual_last, before)) = &last
+                && a != *a_last
             {
                 let secant = (residual - residual_last) / (a - a_last);
                 // d(found)/da is well below 1 in size for any stable vehicle; outside that, plain substitution.
-                slope = if (-2.0..=-0.3).contains(&secant) {
-                    secant
-                } else {
-                    -1.0
-                };
+                let stable = (-2.0..=-0.3).contains(&secant);
+                slope = if stable { secant } else { -1.0 };
+                step = -residual / slope;
+                let distances = step * (a + step - a_last);
+                // Sideways, both ends of the chord must be at rest already.
+                let level = side.abs().max((aside - aside_last).abs()) <= TOLERANCE;
+                if stable && level && distances.abs() <= CHORD {
+                    let share = step / (a - a_last);
+                    let instant = instant.beyond(before, share);
+                    return self.found(instant, slope, (time, y), control);
+                }
             }
-            last = Some((a, residual));
-            a -= residual / slope;
+            last = Some(((a, aside), residual, instant));
             aside = instant.side_force;
+            a += step;
         }
-        let residual = last.map_or(f64::NAN, |(_, r)| r);
+        let residual = last.map_or(f64::NAN, |(_, r, _)| r);
         self.warm = Warm::COLD;
         Err(SimError::LoadTransfer { time, residual })
+    }
+
+    /// Keeps an instant whose loads and accelerations agree.
+    fn found(
+        &mut self,
+        mut instant: Instant,
+        slope: f64,
+        (time, y): (f64, &[f64; STATES]),
+        control: &Control,
+    ) -> Result<Instant, SimError> {
+        let lifted = |wheel: &WheelState| wheel.normal_load <= 0.0;
+        if let Some(wheel) = instant.wheels.iter().position(lifted) {
+            return Err(SimError::WheelLift {
+                time,
+                wheel,
+                load: instant.wheels[wheel].normal_load,
+            });
+        }
+        let accelerations = (instant.specific_force, instant.side_force);
+        self.warm.learn(time, slope, accelerations);
+        control.rates(time, y, &mut instant.rate);
+        self.known = Some((time, *y, instant));
+        Ok(instant)
     }
 
     /// Forces at the loads of assumed specific forces; the specific forces they give are in the answer.
@@ -286,6 +296,7 @@ impl Robot {
         let mut rate = [0.0; STATES];
         let mut lost = [0.0; 4];
         let (shake, twist) = self.rough.at(time);
+        let plain = self.effects.unlisted().next().is_none();
 
         let mut wheels = [WheelState::default(); 4];
         for (q, state) in wheels.iter_mut().enumerate() {
@@ -320,6 +331,9 @@ impl Robot {
             };
             let (ground, effects) = (&mut self.ground, &self.effects);
             *state = motion.forces(&mut |contact| {
+                if plain {
+                    return ground.forces(q, y[PATH] + x, contact);
+                }
                 let changed = effects.unlisted().fold(*contact, |c, (effect, e, memory)| {
                     effect.contact(e, &Self::recall(&view, memory, y), c)
                 });

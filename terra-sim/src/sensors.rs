@@ -9,7 +9,7 @@
 use std::borrow::Cow;
 
 use terra_data::{DriveLog, GroundSpeedSource, Noise, Rover, Series, WHEELS};
-use terra_model::Channel;
+use terra_model::{Channel, Touch};
 
 use crate::effects::ActiveEffects;
 use crate::error::SimError;
@@ -36,6 +36,12 @@ pub(crate) struct Declared {
     pub(crate) roll: Option<Series>,
     pub(crate) payload: Option<Series>,
     pub(crate) pass: Option<Series>,
+}
+
+/// True when some sensor may report what was a while ago.
+pub(crate) fn any_late(scenario: &Scenario, effects: &ActiveEffects) -> bool {
+    let mut sensors = scenario.world.sensors.values();
+    effects.touch(Touch::Sensor) || sensors.any(|sensor| sensor.delay > 0.0)
 }
 
 /// Channels that every log has: their noise must be declared.

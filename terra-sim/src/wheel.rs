@@ -105,11 +105,12 @@ impl WheelMotion {
             Some(passes) => f64::from(self.pass - 1) + f64::from(passes),
         };
         contact.wheelbase = self.wheelbase;
-        contact.slip_angle = self
-            .lateral_speed
-            .atan2(self.travel_speed.abs().max(STANDSTILL_SPEED));
-        if self.slides && self.lateral_speed != 0.0 {
-            contact.hooks.lateral_slip = Some(contact.slip_angle.tan());
+        if self.lateral_speed != 0.0 {
+            let along = self.travel_speed.abs().max(STANDSTILL_SPEED);
+            contact.slip_angle = self.lateral_speed.atan2(along);
+            if self.slides {
+                contact.hooks.lateral_slip = Some(contact.slip_angle.tan());
+            }
         }
         contact.side = if left { -1.0 } else { 1.0 };
         contact.time = self.time;

@@ -108,6 +108,39 @@ fn nothing_in_the_files_tells_the_answer() {
     }
 }
 
+/// A drive's files as well: one shape of columns, rows and holes whatever the kind, no word of a key.
+#[test]
+fn nothing_in_a_drive_tells_the_answer() {
+    let folder = folder("challenge_drive");
+    let line = "challenge make --design ramp --seed 5 --out blind --key key.json --cases 40";
+    terra(&folder, line).ok();
+    let mut shapes = BTreeSet::new();
+    let mut kinds = BTreeSet::new();
+    let mut words = BTreeSet::new();
+    let cases = sealed(&folder);
+    for case in &cases {
+        let name = format!("blind/{}.csv", text(&case["case"]));
+        let log = fs::read_to_string(folder.join(name)).unwrap();
+        let empty = |l: &str| l.split(',').filter(|cell| cell.is_empty()).count();
+        let header = log.lines().next().unwrap().to_owned();
+        let groups: BTreeSet<String> = log
+            .lines()
+            .map(|l| l.split(',').nth(1).unwrap().to_owned())
+            .collect();
+        let holes: usize = log.lines().map(empty).sum();
+        shapes.insert((header, log.lines().count(), groups.len(), holes));
+        kinds.insert(text(&case["key"]["kind"]).to_owned());
+        for effect in list(&case["key"]["effects"]) {
+            words.insert(text(&effect["name"]).to_owned());
+        }
+    }
+    assert_eq!((kinds.len(), shapes.len()), (5, 1), "{kinds:?}");
+    for bytes in contents(&folder.join("blind")).into_values() {
+        let file = String::from_utf8(bytes).unwrap();
+        assert!(words.iter().all(|word| !file.contains(word.as_str())));
+    }
+}
+
 #[test]
 fn a_key_inside_the_challenge_is_refused() {
     let folder = folder("challenge_inside");

@@ -40,6 +40,8 @@ const KERNELS: &[Kernel] = &[
     kernel("batch-f32", 4, 12, "forward solve in a batch, 1e-5"),
     kernel("map", 400, 1200, "look-up of pull and torque, 1e-4"),
     kernel("jacobian", 2, 6, "forces with 10 derivatives"),
+    kernel("drive", 1, 3, "2 s of four wheels, 1e-6"),
+    kernel("drive-log", 1, 3, "the same with load transfer and sensors"),
     kernel("filter-block", 200, 600, "filter step, block"),
     kernel(
         "filter-block-robust",

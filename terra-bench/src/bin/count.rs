@@ -8,6 +8,7 @@
 use std::error::Error;
 use std::hint::black_box;
 
+use terra_bench::drive::Ramp;
 use terra_bench::filter::{Log, SAMPLES, check_belief};
 use terra_bench::fused::{BLOCK, Fused};
 use terra_bench::hypotheses::{Hypotheses, check_one_step};
@@ -33,6 +34,8 @@ fn main() -> Result<(), Box<dyn Error>> {
             "batch-f32" => batch(Precision::Single, repetitions)?,
             "map" => map(repetitions)?,
             "jacobian" => jacobian(repetitions)?,
+            "drive" => drive(&Ramp::plain()?, repetitions)?,
+            "drive-log" => drive(&Ramp::full()?, repetitions)?,
             "filter-block" => filter_step("block", false, repetitions)?,
             "filter-block-robust" => filter_step("block", true, repetitions)?,
             "filter-kf" => filter_step("kf", false, repetitions)?,
@@ -100,6 +103,14 @@ fn jacobian(repetitions: usize) -> Result<usize, Box<dyn Error>> {
         }
     }
     Ok(repetitions * cases.len())
+}
+
+fn drive(ramp: &Ramp, repetitions: usize) -> Result<usize, Box<dyn Error>> {
+    ramp.check()?;
+    for _ in 0..repetitions {
+        black_box(black_box(ramp).run()?);
+    }
+    Ok(repetitions)
 }
 
 fn filter_step(name: &str, robust: bool, repetitions: usize) -> Result<usize, Box<dyn Error>> {

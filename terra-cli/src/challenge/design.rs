@@ -54,7 +54,7 @@ impl AnyLog {
 const TRUTH: Integrator = Integrator::DormandPrince(DormandPrince {
     relative: 1e-7,
     absolute: 1e-8,
-    max_step: 0.01,
+    max_step: 0.1,
 });
 
 /// Simulates a scenario of either kind.

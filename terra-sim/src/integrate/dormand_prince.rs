@@ -2,11 +2,15 @@
 //!
 //! # Equation
 //! Seven stages, the last of which is the first of the next step. Error e = y5 - y4, accepted when
-//! sqrt(mean((e / (atol + rtol max(|y|, |y_new|)))²)) <= 1; next step h · clamp(0.9 err^(-1/5), 0.2, 5).
+//! err = sqrt(mean((e / (atol + rtol max(|y|, |y_new|)))²)) <= 1; next step h · clamp(0.9 err^(-.17) err_last^(.04), 0.2, 5),
+//! which answers to the trend of the error as well as to its size. The first step is the one whose Euler step changes
+//! little, by the slope and its change.
 //!
 //! # Reference
-//! J. R. Dormand, P. J. Prince, J. Comp. Appl. Math. 6 (1980) 19-26; Hairer, Nørsett, Wanner, Solving ODE I, II.4-5.
+//! J. R. Dormand, P. J. Prince, J. Comp. Appl. Math. 6 (1980) 19-26; Hairer, Nørsett, Wanner, Solving ODE I, II.4-6 (first
+//! step, solution inside a step); control of steps: II, IV.2.
 
+use super::step::Step;
 use super::{combine, finite};
 use crate::error::SimError;
 
@@ -26,12 +30,38 @@ impl Default for DormandPrince {
         DormandPrince {
             relative: 1e-8,
             absolute: 1e-9,
-            max_step: 0.01,
+            max_step: 0.1,
         }
     }
 }
 
 const MIN_STEP: f64 = 1e-10;
+/// Exponents of the error of this step and of the one before.
+const PRESENT: f64 = 0.2 - 0.75 * PAST;
+const PAST: f64 = 0.04;
+
+/// What an interval hands to the next: where the same motion goes on, so does its step.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Pace {
+    /// The step to begin with \[s\].
+    step: Option<f64>,
+    /// Error of the step before, as a share of what is allowed.
+    error: f64,
+}
+
+#[cfg(test)]
+impl Pace {
+    /// A motion that goes on with this step.
+    pub(super) fn starting_with(step: f64) -> Self {
+        Pace {
+            step: Some(step),
+            error: 1.0,
+        }
+    }
+}
+
+/// A step that was tried, and its error as a share of what is allowed.
+type Tried<const N: usize> = (Step<N>, f64);
 
 impl DormandPrince {
     /// As [`Integrator::advance`](super::Integrator::advance).
@@ -46,23 +76,31 @@ impl DormandPrince {
         y: &mut [f64; N],
         step: &mut impl FnMut(f64, &[f64; N]),
     ) -> Result<(), SimError> {
-        self.advance_watching(N, &mut None, rate, t, end, y, step)
+        let pace = &mut Pace::default();
+        self.through(N, pace, rate, t, end, y, &mut |taken| {
+            step(taken.end(), taken.last());
+            Ok(false)
+        })
     }
 
-    /// The error is judged by the first `watched` states only; the others are carried along. Steps begin with `first`.
-    pub(crate) fn advance_watching<const N: usize>(
+    /// The error is judged by the first `watched` states only; the others are carried along. `taken` is given each step,
+    /// with the solution inside it, and says whether it changed what the rate is.
+    pub(crate) fn through<const N: usize>(
         &self,
         watched: usize,
-        first: &mut Option<f64>,
+        pace: &mut Pace,
         rate: &mut impl FnMut(f64, &[f64; N]) -> Result<[f64; N], SimError>,
         t: f64,
         end: f64,
         y: &mut [f64; N],
-        step: &mut impl FnMut(f64, &[f64; N]),
+        taken: &mut impl FnMut(&Step<N>) -> Result<bool, SimError>,
     ) -> Result<(), SimError> {
         let mut now = t;
-        let mut h = first.unwrap_or(self.max_step);
         let mut k1 = rate(now, y)?;
+        let mut h = match pace.step {
+            Some(step) => step,
+            None => self.first_step(watched, rate, (now, end), y, &k1)?,
+        };
         while end - now > MIN_STEP {
             let free = h.min(self.max_step);
             h = free.min(end - now);
@@ -71,41 +109,95 @@ impl DormandPrince {
                 h = end - now;
             }
             let (error, attempt) = match self.attempt(watched, rate, now, h, y, &k1) {
-                Ok((next, k7, error)) if error.is_finite() => (error, Ok((next, k7))),
+                Ok((step, error)) if error.is_finite() => (error, Ok(step)),
                 Ok(_) => (f64::INFINITY, Err(SimError::NotFinite { time: now })),
                 // A stage that overshoots out of the model's domain is a step too long.
                 Err(e) => (f64::INFINITY, Err(e)),
             };
-            if error <= 1.0 {
-                if let Ok((next, k7)) = attempt {
-                    now += h;
-                    *y = next;
-                    k1 = k7;
-                    finite(now, y)?;
-                    step(now, y);
-                }
-            } else if h <= 2.0 * MIN_STEP {
-                return Err(attempt
-                    .err()
-                    .unwrap_or(SimError::StepTooSmall { time: now, step: h }));
-            }
-            let factor = if error.is_finite() {
-                0.9 * error.max(1e-10).powf(-0.2)
+            let cut = h < free;
+            let mut factor = if error.is_finite() {
+                0.9 * error.max(1e-10).powf(-PRESENT)
             } else {
                 0.2
             };
-            let cut = h < free;
+            if error <= 1.0 {
+                if let Ok(step) = attempt {
+                    // To the last bit where the interval ends.
+                    now = if h == end - now { end } else { now + h };
+                    *y = *step.last();
+                    k1 = *step.last_rate();
+                    finite(now, y)?;
+                    if taken(&step)? {
+                        k1 = rate(now, y)?;
+                    }
+                }
+                factor *= pace.error.max(1e-4).powf(PAST);
+                pace.error = error;
+            } else {
+                if h <= 2.0 * MIN_STEP {
+                    return Err(attempt
+                        .err()
+                        .unwrap_or(SimError::StepTooSmall { time: now, step: h }));
+                }
+                factor = factor.min(1.0);
+            }
             h = (h * factor.clamp(0.2, 5.0)).max(MIN_STEP);
             // A step that the end cut short says nothing against the one before it.
             if cut && error <= 1.0 {
                 h = h.max(free);
             }
-            *first = Some(h);
+            pace.step = Some(h);
         }
         Ok(())
     }
 
-    #[allow(clippy::type_complexity)]
+    /// Root mean square of a change of state in units of what a step may be wrong by.
+    fn size<const N: usize>(
+        &self,
+        watched: usize,
+        change: &[f64; N],
+        old: &[f64; N],
+        new: &[f64; N],
+    ) -> f64 {
+        let mut sum = 0.0;
+        for ((e, old), new) in change.iter().zip(old).zip(new).take(watched) {
+            let scaled = e / (self.absolute + self.relative * old.abs().max(new.abs()));
+            sum += scaled * scaled;
+        }
+        (sum / watched.clamp(1, N) as f64).sqrt()
+    }
+
+    /// A step whose Euler step is a hundredth of the state, or less where the slope itself changes fast.
+    fn first_step<const N: usize>(
+        &self,
+        watched: usize,
+        rate: &mut impl FnMut(f64, &[f64; N]) -> Result<[f64; N], SimError>,
+        (t, end): (f64, f64),
+        y: &[f64; N],
+        k1: &[f64; N],
+    ) -> Result<f64, SimError> {
+        let most = self.max_step.min(end - t);
+        let (state, slope) = (self.size(watched, y, y, y), self.size(watched, k1, y, y));
+        let probe = if state > 1e-5 && slope > 1e-5 {
+            (0.01 * state / slope).min(most)
+        } else {
+            most.min(1e-6)
+        };
+        // Where the Euler step leaves the model's domain, the probe itself is the step.
+        let Ok(k2) = rate(t + probe, &combine(y, &[(probe, k1)])) else {
+            return Ok(probe);
+        };
+        let change = combine(&k2, &[(-1.0, k1)]);
+        let bend = self.size(watched, &change, y, y) / probe;
+        let steepest = slope.max(bend);
+        let step = if steepest > 1e-15 {
+            (0.01 / steepest).powf(0.2)
+        } else {
+            (1e-3 * probe).max(1e-6)
+        };
+        Ok(step.min(100.0 * probe).min(most).max(MIN_STEP))
+    }
+
     fn attempt<const N: usize>(
         &self,
         watched: usize,
@@ -114,7 +206,7 @@ impl DormandPrince {
         h: f64,
         y: &[f64; N],
         k1: &[f64; N],
-    ) -> Result<([f64; N], [f64; N], f64), SimError> {
+    ) -> Result<Tried<N>, SimError> {
         let k2 = rate(t + h / 5.0, &combine(y, &[(h / 5.0, k1)]))?;
         let k3 = rate(
             t + 0.3 * h,
@@ -179,12 +271,9 @@ impl DormandPrince {
                 (-h / 40.0, &k7),
             ],
         );
-        let mut sum = 0.0;
-        for ((e, old), new) in difference.iter().zip(y).zip(&next).take(watched) {
-            let scaled = e / (self.absolute + self.relative * old.abs().max(new.abs()));
-            sum += scaled * scaled;
-        }
-        Ok((next, k7, (sum / watched.clamp(1, N) as f64).sqrt()))
+        let error = self.size(watched, &difference, y, &next);
+        let step = Step::new(t, h, [y, &next], [k1, &k3, &k4, &k5, &k6, &k7]);
+        Ok((step, error))
     }
 }
 
@@ -226,12 +315,14 @@ mod tests {
             };
             let mut y = [1.0];
             method
-                .advance(
+                .through(
+                    1,
+                    &mut Pace::starting_with(h),
                     &mut |_, y: &[f64; 1]| Ok([y[0]]),
                     0.0,
                     h,
                     &mut y,
-                    &mut |_, _| {},
+                    &mut |_| Ok(false),
                 )
                 .unwrap();
             (y[0] - h.exp()).abs()

@@ -2,9 +2,12 @@
 
 mod dormand_prince;
 mod rk4;
+mod step;
 
 pub use dormand_prince::DormandPrince;
+pub(crate) use dormand_prince::Pace;
 pub use rk4::Rk4;
+pub(crate) use step::Step;
 
 use crate::error::SimError;
 
@@ -64,26 +67,9 @@ impl Integrator {
         y: &mut [f64; N],
         step: &mut impl FnMut(f64, &[f64; N]),
     ) -> Result<(), SimError> {
-        self.advance_watching(N, &mut None, rate, t, end, y, step)
-    }
-
-    /// [`Integrator::advance`] whose step is chosen by the first `watched` states only, and that begins with the step
-    /// `first`, where there is one, and leaves there what an adaptive method would take next.
-    pub(crate) fn advance_watching<const N: usize>(
-        &self,
-        watched: usize,
-        first: &mut Option<f64>,
-        rate: &mut impl FnMut(f64, &[f64; N]) -> Result<[f64; N], SimError>,
-        t: f64,
-        end: f64,
-        y: &mut [f64; N],
-        step: &mut impl FnMut(f64, &[f64; N]),
-    ) -> Result<(), SimError> {
         match self {
-            Integrator::Rk4(method) => method.advance_watching(watched, rate, t, end, y, step),
-            Integrator::DormandPrince(method) => {
-                method.advance_watching(watched, first, rate, t, end, y, step)
-            }
+            Integrator::Rk4(method) => method.advance(rate, t, end, y, step),
+            Integrator::DormandPrince(method) => method.advance(rate, t, end, y, step),
         }
     }
 }

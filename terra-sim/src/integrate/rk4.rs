@@ -46,11 +46,11 @@ impl Rk4 {
         y: &mut [f64; N],
         step: &mut impl FnMut(f64, &[f64; N]),
     ) -> Result<(), SimError> {
-        self.advance_watching(N, rate, t, end, y, step)
+        self.through(N, rate, t, end, y, step)
     }
 
     /// Stiffness is looked for in the first `watched` states only; the others are carried along.
-    pub(crate) fn advance_watching<const N: usize>(
+    pub(crate) fn through<const N: usize>(
         &self,
         watched: usize,
         rate: &mut impl FnMut(f64, &[f64; N]) -> Result<[f64; N], SimError>,

@@ -3,7 +3,7 @@
 //! --toggle-collect='*simulate_drive_with*'` on these tests in release.
 //!
 //! A prototype of four wheels, without load transfer, motors, ruts or a log, took 23 steps of seven stages for 2 s at a
-//! tolerance of 1e-6: 644 answers.
+//! tolerance of 1e-6: 644 answers. `cargo xtask bench` counts the instructions of both.
 
 use std::cell::Cell;
 
@@ -57,7 +57,7 @@ fn cost(scenario: &Scenario) -> (f64, u64) {
     let adaptive = Integrator::DormandPrince(DormandPrince {
         relative: TOLERANCE,
         absolute: TOLERANCE,
-        max_step: 0.01,
+        ..DormandPrince::default()
     });
     ASKED.set(0);
     let registry = Registry::builtin().with_model::<Counted>();
@@ -128,14 +128,14 @@ fn looks(scenario: &Scenario) -> u64 {
     4 * (seconds * scenario.rate).round() as u64
 }
 
-/// 2 s at 1e-6 from a table that begins empty: four times the prototype's answers at most, and the final speed of fixed
-/// steps.
+/// 2 s at 1e-6 from a table that begins empty, load transfer and 200 rows included: fewer answers than the prototype's,
+/// and the final speed of fixed steps.
 #[test]
 fn two_seconds_of_four_wheels() {
     let scenario = quiet_ramp("dry_sand");
     let (end, asked) = cost(&scenario);
     assert!((end - speed(&scenario)).abs() < 10.0 * TOLERANCE);
-    assert!(asked < 4 * 644, "{asked} answers");
+    assert!(asked < 644, "{asked} answers");
 }
 
 /// In a sliding turn each look at the ground is an answer: six new stages a step, a quarter of the steps repeated, at most

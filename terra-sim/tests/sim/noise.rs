@@ -105,6 +105,26 @@ fn same_seed_same_bytes() {
     assert_ne!(first, text(&scenario));
 }
 
+/// No run knows of another: eight at once, in threads of their own, give the bytes of one alone.
+#[test]
+fn threads_change_no_byte() {
+    let mut scenario = paper::torque_ramp("dry_sand", 4).unwrap();
+    scenario.segments[0].duration = 0.4;
+    let text = |run: u64| {
+        let mut scenario = scenario.clone();
+        scenario.run = run;
+        let run = drive(&scenario, &paper::light_rover(), adaptive());
+        format!("{:?} {:?}", run.log, run.truth)
+    };
+    let alone: Vec<String> = (0..8).map(text).collect();
+    let together: Vec<String> = std::thread::scope(|scope| {
+        let threads: Vec<_> = (0..8).map(|run| scope.spawn(move || text(run))).collect();
+        threads.into_iter().map(|t| t.join().unwrap()).collect()
+    });
+    assert!(alone == together);
+    assert_ne!(alone[0], alone[1]);
+}
+
 /// Roughness shakes force, speed and acceleration, with the declared sd at the wheel.
 #[test]
 fn roughness_reaches_the_wheels() {

@@ -2,7 +2,8 @@ use terra_data::{Condition, Noise, Rover, SoilSharing, WheelData};
 use terra_model::{Contact, ForceLaw, Registry, catalogue};
 use terra_sim::{EffectSetting, RigRun, Scenario, SimError, Trial, paper, simulate_rig};
 
-fn rig() -> Rover {
+/// A rig whose sensors are all declared.
+pub(crate) fn rig() -> Rover {
     let noise = [
         ("drawbar_pull_N", 0.5),
         ("torque_N_m", 0.1),
