@@ -26,7 +26,7 @@ const TOLERANCE: f64 = 1e-8;
 /// braked wheel may fall again, where the shear stress pulls it in by more than the soil gains below it: an angle of
 /// balance may vanish in a fold as slip or load change, and another lie far below it. The root is the one that a wheel
 /// reaches as it sinks from the surface; where the soil gives way beneath it first there is none, so that forces have no
-/// jump from one angle of balance to the other.
+/// jump from one angle of balance to the other. What carries less than a hundredth of the most is passed over.
 ///
 /// # Errors
 /// [`ModelError::NoEquilibrium`] when the soil carries the load at no angle up to 90°, or gives way before;
@@ -103,18 +103,21 @@ impl<P: Root> Search<P> {
             }
             if most.any_lt(load) {
                 // A nearly locked wheel can be carried best before it is buried: the shear stress lifts it less and less.
-                let limit = fold_below(P::from(MAX_ENTRY_ANGLE), &supported_load);
-                high = self.reachable(limit, &supported_load)?;
+                high = self.reachable(deepest(&supported_load), &supported_load)?;
             }
         }
         let root = self.between(guess, low, high, &at)?;
         if feasible || !braked {
             return Ok(root);
         }
-        let limit = fold_below(root.exp(), &supported_load);
-        if limit.any_lt(root.exp()) {
-            high = self.reachable(limit, &supported_load)?;
-            return self.between(guess, low, high, &at);
+        let angle = root.exp();
+        let suspect = fold_below(angle, angle * FIRST_LOOK, load * FOOTHOLD, &supported_load);
+        if suspect.any_lt(angle) {
+            let limit = deepest(&supported_load);
+            if limit.any_lt(angle) {
+                high = self.reachable(limit, &supported_load)?;
+                return self.between(guess, low, high, &at);
+            }
         }
         // Callers keep what they found at the last angle.
         at(root);
@@ -209,21 +212,39 @@ impl<P: Root> Search<P> {
     }
 }
 
-/// Where the load is asked for in search of a fold \[°\]: loads change over tens of degrees, those of high lugs over a few.
-const LOOKS: [f64; 20] = [
-    1.25, 2.5, 5.0, 10.0, 15.0, 20.0, 25.0, 30.0, 35.0, 40.0, 45.0, 50.0, 55.0, 60.0, 65.0, 70.0,
-    75.0, 80.0, 85.0, 90.0,
-];
+/// Step between the angles at which the load is asked for in search of a fold \[rad\]: loads change over tens of degrees.
+/// Those of high lugs do over a few, so that smaller angles are doubled up to this one.
+const LOOK: f64 = std::f64::consts::FRAC_PI_2 / 18.0;
+/// The first of them, as a share of the root below which a fold is looked for: less than a hundredth is carried there, where
+/// the load grows by more than the angle does.
+const FIRST_LOOK: f64 = 1.0 / 64.0;
+/// The same where there is no root \[rad\]: a soil may carry a few grams before it gives way.
+const SMALLEST_LOOK: f64 = 1e-6;
+/// A place that carries less than this share of what lies deeper does not hold a wheel up.
+const FOOTHOLD: f64 = 0.01;
 /// d ln W / d ln θ1 below which a fold may hide between two of those: sound loads grow by a power above a half.
 const FLAT: f64 = 0.25;
+
+/// The largest angle that a sinking wheel reaches at rest: where the soil gives way, or 90°.
+fn deepest<P: Root>(supported_load: &impl Fn(P) -> (P, P)) -> P {
+    let (buried, first) = (P::from(MAX_ENTRY_ANGLE), P::from(SMALLEST_LOOK));
+    let mut most = P::zero();
+    looks(buried, first, |angle, _| {
+        most = most.max_of(supported_load(angle).0);
+        true
+    });
+    fold_below(buried, first, most * FOOTHOLD, supported_load)
+}
 
 /// The angle at which the soil gives way: the first below `upto` where a load above zero stops to rise; `upto` without one.
 ///
 /// A load that falls below zero from the start (braking on snow) has not carried the wheel yet, and is no fold.
-fn fold_below<P: Root>(upto: P, supported_load: &impl Fn(P) -> (P, P)) -> P {
+///
+/// The search begins at the angle `first`. Where less than `foothold` is carried the wheel sinks on.
+fn fold_below<P: Root>(upto: P, first: P, foothold: P, supported_load: &impl Fn(P) -> (P, P)) -> P {
     let (zero, one) = (P::zero(), P::one());
     let none = P::from(f64::NEG_INFINITY);
-    let growth = |(w, slope): (P, P)| zero.select_lt(w, slope / w, one);
+    let growth = |(w, slope): (P, P)| foothold.select_lt(w, slope / w, one);
     // One where the load falls: its slope does, or it is less than further up.
     let falls = |(w, slope): (P, P), above: P| {
         let down = growth((w, slope)).select_lt(zero, one, zero);
@@ -233,8 +254,7 @@ fn fold_below<P: Root>(upto: P, supported_load: &impl Fn(P) -> (P, P)) -> P {
     let mut unbroken = one;
     let (mut flattest, mut from, mut to) = (P::from(FLAT), upto, upto);
     let (mut last, mut carried) = (P::from(MIN_ENTRY_ANGLE), none);
-    for (place, look) in LOOKS.iter().enumerate() {
-        let angle = P::from(look.to_radians()).min_of(upto);
+    looks(upto, first, |angle, next| {
         let found = supported_load(angle);
         let breaks = unbroken * falls(found, carried);
         let broken = |yes: P, no: P| zero.select_lt(breaks, yes, no);
@@ -245,17 +265,12 @@ fn fold_below<P: Root>(upto: P, supported_load: &impl Fn(P) -> (P, P)) -> P {
         );
         unbroken = unbroken - breaks;
         let growth = zero.select_lt(unbroken, growth(found), one);
-        let next = LOOKS
-            .get(place + 1)
-            .map_or(upto, |d| P::from(d.to_radians()));
         from = growth.select_lt(flattest, last, from);
-        to = growth.select_lt(flattest, next.min_of(upto), to);
+        to = growth.select_lt(flattest, next, to);
         flattest = flattest.min_of(growth);
-        (last, carried) = (angle, zero.select_lt(found.0, found.0, none));
-        if !angle.any_lt(upto) || !zero.any_lt(unbroken) {
-            break;
-        }
-    }
+        (last, carried) = (angle, foothold.select_lt(found.0, found.0, none));
+        zero.any_lt(unbroken)
+    });
     if flattest.any_lt(P::from(FLAT)) {
         let flattest = least(from, to, |angle| growth(supported_load(angle)));
         let hidden = growth(supported_load(flattest));
@@ -273,6 +288,19 @@ fn fold_below<P: Root>(upto: P, supported_load: &impl Fn(P) -> (P, P)) -> P {
         high = zero.select_lt(down, middle, high);
     }
     high
+}
+
+/// Visits angles up to the last, each with the next one, until `visit` says no.
+fn looks<P: Root>(upto: P, first: P, mut visit: impl FnMut(P, P) -> bool) {
+    let (step, mut next) = (P::from(LOOK), first);
+    loop {
+        let angle = next.min_of(upto);
+        let farther = angle.select_lt(step, step, angle + step);
+        next = angle.select_lt(step * 0.51, angle * 2.0, farther);
+        if !visit(angle, next.min_of(upto)) || !angle.any_lt(upto) {
+            return;
+        }
+    }
 }
 
 /// Where a function is least between two angles: a golden section search.
