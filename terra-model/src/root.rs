@@ -263,7 +263,7 @@ fn fold_below<P: Root>(upto: P, first: P, foothold: P, supported_load: &impl Fn(
             broken(angle, high),
             broken(carried, above),
         );
-        unbroken = unbroken - breaks;
+        unbroken -= breaks;
         let growth = zero.select_lt(unbroken, growth(found), one);
         from = growth.select_lt(flattest, last, from);
         to = growth.select_lt(flattest, next, to);
