@@ -93,7 +93,7 @@ impl WheelKind {
                 "L. Ding et al., J. Field Robotics 32(6):827-852, 2015 (closed form recalled)"
             }
             WheelKind::GrouserPassive => {
-                "Rankine passive pressure on lugs, as M. G. Bekker, 1969; its mobilisation with slip is chosen"
+                "Rankine passive pressure on lugs, as M. G. Bekker, 1969 (recalled); its mobilisation with slip is chosen"
             }
             WheelKind::Lateral => {
                 "G. Ishigami, A. Miwa, K. Nagatani, K. Yoshida, J. Field Robotics 24(3):233-250, 2007 (formulas recalled)"

@@ -82,6 +82,13 @@ fn the_balance_of_lugs_on_peat_ends_in_a_fold() {
     assert_eq!(agrees_with_a_scan(name, &p, -0.78), 1);
 }
 
+/// The combination with that fold under the whole examination, jumps in slip included.
+#[test]
+fn lugs_on_peat_conform() {
+    let model = composed("grouser-passive:peat:janosi-hanamoto");
+    crate::conformance::check_model_dyn(&model).unwrap_or_else(|e| panic!("{e}"));
+}
+
 #[test]
 fn braked_wheels_are_carried_where_a_scan_first_finds_the_load() {
     let mut folds = 0;
