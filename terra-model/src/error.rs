@@ -3,14 +3,15 @@
 /// Error of a model, an effect, a registry name or a catalogue.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ModelError {
-    /// The soil cannot carry the wheel at any sinkage up to the axle.
+    /// The soil cannot carry the wheel at any sinkage up to the axle, or it gives way beneath it: a braked wheel may be
+    /// carried by less the deeper it sinks, and what lies below that it does not reach at rest.
     #[error(
         "no equilibrium: the soil carries at most {max_load:.4} N of the {load:.4} N on the wheel"
     )]
     NoEquilibrium {
         /// Normal load asked for \[N\].
         load: f64,
-        /// Largest load the soil carries at any entry angle up to 90° \[N\].
+        /// Largest load the soil carries as the wheel sinks, up to an entry angle of 90° \[N\].
         max_load: f64,
     },
     /// A parameter of the model outside its legal range.

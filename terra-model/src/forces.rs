@@ -108,8 +108,11 @@ pub struct StressPoint {
     pub angle: f64,
     /// σ \[Pa\].
     pub normal_stress: f64,
-    /// τ \[Pa\].
+    /// τ \[Pa\]; where lugs push soil, with their push spread over the rim, as the mean over their places has it.
     pub shear_stress: f64,
+    /// How far from the axle τ acts \[m\]: at the rim, or farther out where lugs carry a part of it. The torque is
+    /// R b ∫ τ `shear_arm` dθ.
+    pub shear_arm: f64,
 }
 
 /// The stresses of one contact, from exit to entry, with their peaks.

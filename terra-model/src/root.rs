@@ -22,12 +22,16 @@ const TOLERANCE: f64 = 1e-8;
 /// bisection where the step leaves it or the load is not positive (braking on snow). `supported_load` gets the angle
 /// with derivative one in its logarithm.
 ///
-/// For non-negative slip the load rises with the angle, so 90° carries most and the root is the only one. A braked wheel
-/// may be carried best at a smaller angle, and the root is one where the load rises.
+/// For non-negative slip the load rises with the angle, so 90° carries most and the root is the only one. The load of a
+/// braked wheel may fall again, where the shear stress pulls it in by more than the soil gains below it: an angle of
+/// balance may vanish in a fold as slip or load change, and another lie far below it. The root is the one that a wheel
+/// reaches as it sinks from the surface; where the soil gives way beneath it first there is none, so that forces have no
+/// jump from one angle of balance to the other. What carries less than a hundredth of the most is passed over.
 ///
 /// # Errors
-/// [`ModelError::NoEquilibrium`] when the soil carries the load at no angle up to 90°; [`ModelError::Contact`] for a load too
-/// small to sink the wheel by a measurable amount; [`ModelError::NotConverged`] when the numbers overflow.
+/// [`ModelError::NoEquilibrium`] when the soil carries the load at no angle up to 90°, or gives way before;
+/// [`ModelError::Contact`] for a load too small to sink the wheel by a measurable amount; [`ModelError::NotConverged`] when
+/// the numbers overflow.
 pub(crate) fn entry_angle<P: Root>(
     load: P,
     guess: P,
@@ -87,50 +91,75 @@ impl<P: Root> Search<P> {
         guess: P,
         supported_load: impl Fn(P) -> (P, P),
     ) -> Result<P, ModelError> {
-        let &Search {
-            load,
-            slip,
-            tolerance,
-            feasible,
-        } = self;
+        let (load, slip, feasible) = (self.load, self.slip, self.feasible);
         let at = |ln_angle: P| supported_load(ln_angle.exp());
-        let (zero, one) = (P::zero(), P::one());
-        let not_converged = |iterations| ModelError::NotConverged {
-            iterations,
-            load: load.max_lane(),
-            slip: slip.max_lane(),
-        };
-
-        let bottom = P::from(MIN_ENTRY_ANGLE.ln());
-        let top = P::from(MAX_ENTRY_ANGLE.ln());
-        let (mut low, mut high) = (bottom, top);
-        if !feasible && slip.any_lt(zero) {
-            let (mut most, _) = at(high);
+        let low = P::from(MIN_ENTRY_ANGLE.ln());
+        let mut high = P::from(MAX_ENTRY_ANGLE.ln());
+        let braked = slip.any_lt(P::zero());
+        if !feasible && braked {
+            let (most, _) = at(high);
             if !most.is_finite() {
-                return Err(not_converged(0));
+                return Err(self.not_converged(0));
             }
             if most.any_lt(load) {
                 // A nearly locked wheel can be carried best before it is buried: the shear stress lifts it less and less.
-                let peak = best_angle(|angle| supported_load(angle).0);
-                let (carried, _) = at(peak.ln());
-                high = most.select_lt(carried, peak.ln(), high);
-                most = most.max_of(carried);
-            }
-            if most.any_lt(load) {
-                return Err(ModelError::NoEquilibrium {
-                    load: load.max_lane(),
-                    max_load: most.min_lane(),
-                });
+                high = self.reachable(deepest(&supported_load), &supported_load)?;
             }
         }
+        let root = self.between(guess, low, high, &at)?;
+        if feasible || !braked {
+            return Ok(root);
+        }
+        let angle = root.exp();
+        let suspect = fold_below(angle, angle * FIRST_LOOK, load * FOOTHOLD, &supported_load);
+        if suspect.any_lt(angle) {
+            let limit = deepest(&supported_load);
+            if limit.any_lt(angle) {
+                high = self.reachable(limit, &supported_load)?;
+                return self.between(guess, low, high, &at);
+            }
+        }
+        // Callers keep what they found at the last angle.
+        at(root);
+        Ok(root)
+    }
 
+    /// ln of an angle that carries the load.
+    ///
+    /// # Errors
+    /// [`ModelError::NoEquilibrium`] where it does not.
+    fn reachable(&self, limit: P, supported_load: &impl Fn(P) -> (P, P)) -> Result<P, ModelError> {
+        // Nothing at no sinkage, at the least.
+        let most = supported_load(limit).0.max_of(P::zero());
+        if most.any_lt(self.load) {
+            return Err(ModelError::NoEquilibrium {
+                load: self.load.max_lane(),
+                max_load: most.min_lane(),
+            });
+        }
+        Ok(limit.ln())
+    }
+
+    /// The root between two ln θ1: Newton's steps inside the bracket.
+    #[inline]
+    fn between(
+        &self,
+        guess: P,
+        mut low: P,
+        mut high: P,
+        at: &impl Fn(P) -> (P, P),
+    ) -> Result<P, ModelError> {
+        let (load, tolerance) = (self.load, self.tolerance);
+        let (zero, one) = (P::zero(), P::one());
+        let bottom = P::from(MIN_ENTRY_ANGLE.ln());
+        let top = P::from(MAX_ENTRY_ANGLE.ln());
         let mut x = guess;
         x = x.select_lt(low, low, x);
         x = high.select_lt(x, high, x);
         for step in 0..MAX_STEPS {
             let (w, slope) = at(x);
             if !w.is_finite() {
-                return Err(not_converged(step));
+                return Err(self.not_converged(step));
             }
             // Short of the load at 90°: no angle carries it.
             let buried = x.select_lt(top, zero, w.select_lt(load, one, zero));
@@ -171,30 +200,119 @@ impl<P: Root> Search<P> {
             }
             x = next;
         }
-        Err(not_converged(MAX_STEPS))
+        Err(self.not_converged(MAX_STEPS))
+    }
+
+    fn not_converged(&self, iterations: usize) -> ModelError {
+        ModelError::NotConverged {
+            iterations,
+            load: self.load.max_lane(),
+            slip: self.slip.max_lane(),
+        }
     }
 }
 
-/// The angle that carries most: a scan, then a golden section search around the best.
-fn best_angle<P: Root>(load: impl Fn(P) -> P) -> P {
-    const SCAN: usize = 64;
-    let step = MAX_ENTRY_ANGLE / SCAN as f64;
-    let (mut best, mut most) = (P::from(MAX_ENTRY_ANGLE), load(P::from(MAX_ENTRY_ANGLE)));
-    for q in 1..SCAN {
-        let angle = P::from(step * q as f64);
-        let carried = load(angle);
-        best = most.select_lt(carried, angle, best);
-        most = most.max_of(carried);
+/// Step between the angles at which the load is asked for in search of a fold \[rad\]: loads change over tens of degrees.
+/// Those of high lugs do over a few, so that smaller angles are doubled up to this one.
+const LOOK: f64 = std::f64::consts::FRAC_PI_2 / 18.0;
+/// The first of them, as a share of the root below which a fold is looked for: less than a hundredth is carried there, where
+/// the load grows by more than the angle does.
+const FIRST_LOOK: f64 = 1.0 / 64.0;
+/// The same where there is no root \[rad\]: a soil may carry a few grams before it gives way.
+const SMALLEST_LOOK: f64 = 1e-6;
+/// A place that carries less than this share of what lies deeper does not hold a wheel up.
+const FOOTHOLD: f64 = 0.01;
+/// d ln W / d ln θ1 below which a fold may hide between two of those: sound loads grow by a power above a half.
+const FLAT: f64 = 0.25;
+
+/// The largest angle that a sinking wheel reaches at rest: where the soil gives way, or 90°.
+fn deepest<P: Root>(supported_load: &impl Fn(P) -> (P, P)) -> P {
+    let (buried, first) = (P::from(MAX_ENTRY_ANGLE), P::from(SMALLEST_LOOK));
+    let mut most = P::zero();
+    looks(buried, first, |angle, _| {
+        most = most.max_of(supported_load(angle).0);
+        true
+    });
+    fold_below(buried, first, most * FOOTHOLD, supported_load)
+}
+
+/// The angle at which the soil gives way: the first below `upto` where a load above zero stops to rise; `upto` without one.
+///
+/// A load that falls below zero from the start (braking on snow) has not carried the wheel yet, and is no fold.
+///
+/// The search begins at the angle `first`. Where less than `foothold` is carried the wheel sinks on.
+fn fold_below<P: Root>(upto: P, first: P, foothold: P, supported_load: &impl Fn(P) -> (P, P)) -> P {
+    let (zero, one) = (P::zero(), P::one());
+    let none = P::from(f64::NEG_INFINITY);
+    let growth = |(w, slope): (P, P)| foothold.select_lt(w, slope / w, one);
+    // One where the load falls: its slope does, or it is less than further up.
+    let falls = |(w, slope): (P, P), above: P| {
+        let down = growth((w, slope)).select_lt(zero, one, zero);
+        w.select_lt(above, one, down)
+    };
+    let (mut low, mut high, mut above) = (upto, upto, none);
+    let mut unbroken = one;
+    let (mut flattest, mut from, mut to) = (P::from(FLAT), upto, upto);
+    let (mut last, mut carried) = (P::from(MIN_ENTRY_ANGLE), none);
+    looks(upto, first, |angle, next| {
+        let found = supported_load(angle);
+        let breaks = unbroken * falls(found, carried);
+        let broken = |yes: P, no: P| zero.select_lt(breaks, yes, no);
+        (low, high, above) = (
+            broken(last, low),
+            broken(angle, high),
+            broken(carried, above),
+        );
+        unbroken -= breaks;
+        let growth = zero.select_lt(unbroken, growth(found), one);
+        from = growth.select_lt(flattest, last, from);
+        to = growth.select_lt(flattest, next, to);
+        flattest = flattest.min_of(growth);
+        (last, carried) = (angle, foothold.select_lt(found.0, found.0, none));
+        zero.any_lt(unbroken)
+    });
+    if flattest.any_lt(P::from(FLAT)) {
+        let flattest = least(from, to, |angle| growth(supported_load(angle)));
+        let hidden = growth(supported_load(flattest));
+        low = hidden.select_lt(zero, from, low);
+        high = hidden.select_lt(zero, flattest, high);
+        above = hidden.select_lt(zero, none, above);
     }
-    let (mut low, mut high) = (best - step, (best + step).min_of(P::from(MAX_ENTRY_ANGLE)));
+    if !low.any_lt(high) {
+        return upto;
+    }
+    for _ in 0..50 {
+        let middle = (low + high) * 0.5;
+        let down = falls(supported_load(middle), above);
+        low = zero.select_lt(down, low, middle);
+        high = zero.select_lt(down, middle, high);
+    }
+    high
+}
+
+/// Visits angles up to the last, each with the next one, until `visit` says no.
+fn looks<P: Root>(upto: P, first: P, mut visit: impl FnMut(P, P) -> bool) {
+    let (step, mut next) = (P::from(LOOK), first);
+    loop {
+        let angle = next.min_of(upto);
+        let farther = angle.select_lt(step, step, angle + step);
+        next = angle.select_lt(step * 0.51, angle * 2.0, farther);
+        if !visit(angle, next.min_of(upto)) || !angle.any_lt(upto) {
+            return;
+        }
+    }
+}
+
+/// Where a function is least between two angles: a golden section search.
+fn least<P: Root>(mut low: P, mut high: P, f: impl Fn(P) -> P) -> P {
     for _ in 0..40 {
         let (a, b) = (
             low + (high - low) * 0.381_966,
             low + (high - low) * 0.618_034,
         );
-        let (at_a, at_b) = (load(a), load(b));
-        low = at_a.select_lt(at_b, a, low);
-        high = at_a.select_lt(at_b, high, b);
+        let (at_a, at_b) = (f(a), f(b));
+        low = at_b.select_lt(at_a, a, low);
+        high = at_b.select_lt(at_a, high, b);
     }
-    ((low + high) * 0.5).max_of(P::from(MIN_ENTRY_ANGLE))
+    (low + high) * 0.5
 }

@@ -445,7 +445,8 @@ fn maps_are_right_to_their_bound_and_end_at_the_bearing_limit() {
             }
         }
         // The bound was measured at other points than these.
-        assert!(worst < 2e-4, "{}: {worst:.1e}", soil.id);
+        println!("{}: {worst:.1e} at points of this test", soil.id);
+        assert!(worst <= 1e-4, "{}: {worst:.1e}", soil.id);
         for (slip, load) in [(0.01, 100.0), (0.5, 59.0), (1.1, 100.0), (f64::NAN, 100.0)] {
             let said = map.forces(slip, load);
             assert!(

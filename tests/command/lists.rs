@@ -33,7 +33,10 @@ fn names(command: &str, key: &str) -> Vec<String> {
 #[test]
 fn every_registered_name_is_listed() {
     let registry = Registry::builtin();
-    let models: Vec<_> = registry.models().iter().map(|m| m.name()).collect();
+    let named = registry.named_models().iter();
+    let models = registry.models().iter().chain(named);
+    let models: Vec<_> = models.map(|m| m.name()).collect();
+    assert!(models.contains(&"braked-two-zone"));
     assert_eq!(names("models", "name"), models);
     let all = Registry::builtin().with_forms();
     let effects: Vec<_> = all.effects().iter().map(|e| e.name()).collect();
@@ -55,6 +58,36 @@ fn every_registered_name_is_listed() {
     assert_eq!(names("filters", "name"), filters);
     let estimators: Vec<_> = terra::mme::estimators().iter().map(|e| e.name).collect();
     assert_eq!(names("estimators", "name"), estimators);
+}
+
+/// Every filling of every slot can be found, as text and as JSON, and is a model that can be asked for.
+#[test]
+fn every_slot_is_listed() {
+    let folder = folder("list_slots");
+    let plain = terra(&folder, "models").ok().out;
+    let json: serde_json::Value =
+        serde_json::from_str(&terra(&folder, "models --json").ok().out).unwrap();
+    let (mut wheels, mut combinations) = (0, 0);
+    for model in list(&json) {
+        let name = text(&model["name"]);
+        assert_eq!(model["in_diagnosis"], name != "braked-two-zone");
+        if model["slots"].is_null() {
+            continue;
+        }
+        wheels += 1;
+        for pressure in list(&model["slots"]["pressure"]) {
+            for shear in list(&model["slots"]["shear"]) {
+                let (pressure, shear) = (text(&pressure["name"]), text(&shear["name"]));
+                assert!(plain.contains(&format!("pressure {pressure}: ")));
+                assert!(plain.contains(&format!("shear {shear}: ")));
+                let combination = format!("{name}:{pressure}:{shear}");
+                assert!(Registry::builtin().model(&combination).is_ok());
+                combinations += 1;
+            }
+        }
+    }
+    assert_eq!(wheels, 7);
+    assert!(plain.contains(&format!("{combinations} combinations")));
 }
 
 /// The names others rely on.

@@ -116,6 +116,32 @@ fn too_heavy_a_wheel_has_no_equilibrium() {
     );
 }
 
+/// Every model either has stresses or says that it has none.
+#[test]
+fn stresses_of_every_model_or_a_refusal() {
+    let folder = folder("wheel_stress_models");
+    let line = "wheel --terrain dry_sand --radius_m 0.3 --width_m 0.15 --load_N 245.25 --slip 0.3 --stress --model";
+    for model in [
+        "linear-stress",
+        "ding-closed --set slip_exponent=0.3 --set c3=-0.2 --set lug_reach=0.01",
+        "grouser-passive --set unit_weight=15000 --set lug_height=0.01 --set lug_count=24",
+        "braked-two-zone",
+        "scm-column",
+    ] {
+        let out = terra(&folder, &format!("{line} {model}")).ok().out;
+        let rows = out.lines().filter(|l| l.starts_with("0.3,")).count();
+        assert_eq!(rows, 1 + 101, "{model}");
+    }
+    for model in [
+        "bekker-compaction",
+        "wes-brixius --set cone_index=300000 --set deflection_ratio=0.1",
+    ] {
+        let refused = terra(&folder, &format!("{line} {model}"));
+        assert_eq!(refused.code, 2, "{model}: {}", refused.err);
+        assert!(refused.err.contains("no stresses"), "{}", refused.err);
+    }
+}
+
 /// The second table holds both stresses along the rim; its largest pressure is that of the first table.
 #[test]
 fn stresses_go_beside_the_curve() {

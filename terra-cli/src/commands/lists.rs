@@ -3,7 +3,8 @@
 use std::sync::Arc;
 
 use serde_json::{Value, json};
-use terra_model::{AnyEffect, Param, Registry, Scale, catalogue};
+use terra_model::models::{Filling, Slots};
+use terra_model::{AnyEffect, AnyModel, Param, Registry, Scale, catalogue};
 
 use crate::error::CliError;
 use crate::output::{self, short, table};
@@ -26,39 +27,101 @@ fn param(p: &Param) -> Value {
     })
 }
 
+/// Every model that has a name of its own, and whether a diagnosis weighs it as a rival structure.
+fn named_models(registry: &Registry) -> impl Iterator<Item = (&Arc<dyn AnyModel>, bool)> {
+    let rivals = registry.models().iter().map(|m| (m, true));
+    rivals.chain(registry.named_models().iter().map(|m| (m, false)))
+}
+
+fn filling(f: &Filling) -> Value {
+    json!({
+        "name": f.name, "default": f.default, "summary": f.summary, "reference": f.reference,
+        "parameters": f.params.iter().map(param).collect::<Vec<_>>(),
+    })
+}
+
 /// The terrain models as JSON.
 pub(crate) fn models_json(registry: &Registry) -> Value {
     json!(
-        registry
-            .models()
-            .iter()
-            .map(|m| json!({
-                "name": m.name(), "summary": m.summary(), "reference": m.reference(),
+        named_models(registry)
+            .map(|(m, rival)| json!({
+                "name": m.name(), "summary": m.summary(), "reference": m.reference(), "in_diagnosis": rival,
                 "hooks": m.hooks().iter().map(|h| h.name()).collect::<Vec<_>>(),
                 "parameters": m.params().iter().map(param).collect::<Vec<_>>(),
+                "slots": Slots::of(m.name()).map(|s| json!({
+                    "pressure": s.pressure.iter().map(filling).collect::<Vec<_>>(),
+                    "shear": s.shear.iter().map(filling).collect::<Vec<_>>(),
+                })),
             }))
             .collect::<Vec<_>>()
     )
 }
 
+fn parameter_table(params: &[Param]) -> String {
+    let row = |p: &Param| {
+        vec![
+            format!("  {}", p.name),
+            p.symbol.to_owned(),
+            p.unit.to_owned(),
+            p.doc.to_owned(),
+        ]
+    };
+    let rows: Vec<Vec<String>> = params.iter().map(row).collect();
+    table(&["  parameter", "symbol", "unit", "meaning"], &rows)
+}
+
+/// The laws that slots can hold, each with the wheels that take it.
+fn slots_text(registry: &Registry) -> String {
+    let wheels: Vec<(&'static str, Slots)> = named_models(registry)
+        .filter_map(|(m, _)| Some((m.name(), Slots::of(m.name())?)))
+        .collect();
+    let names: Vec<&str> = wheels.iter().map(|(name, _)| *name).collect();
+    let mut text = format!(
+        "slots, wheel[:pressure[:shear]], e.g. wong-reece:reece:wong-hump: {} combinations\n  wheel: {}\n\n",
+        Slots::combinations().count(),
+        names.join(", ")
+    );
+    for (slot, of) in [
+        ("pressure", (|s| &s.pressure) as fn(&Slots) -> &Vec<Filling>),
+        ("shear", |s| &s.shear),
+    ] {
+        let mut known: Vec<&Filling> = vec![];
+        for law in wheels.iter().flat_map(|(_, s)| of(s)) {
+            if known.iter().all(|k| k.name != law.name) {
+                known.push(law);
+            }
+        }
+        for law in known {
+            text.push_str(&format!("{slot} {}: {}\n", law.name, law.summary));
+            text.push_str(&parameter_table(&law.params));
+            let takes = |s: &Slots| of(s).iter().any(|f| f.name == law.name);
+            let takers = wheels.iter().filter(|(_, s)| takes(s));
+            let takers: Vec<&str> = takers.map(|(name, _)| *name).collect();
+            text.push_str(&format!(
+                "  wheels: {}\n  source: {}\n\n",
+                if takers.len() == wheels.len() {
+                    "all".to_owned()
+                } else {
+                    takers.join(", ")
+                },
+                law.reference
+            ));
+        }
+    }
+    text
+}
+
 pub(crate) fn models(as_json: bool) -> Result<(), CliError> {
     let registry = Registry::builtin();
     let mut text = String::new();
-    for m in registry.models() {
+    for (m, rival) in named_models(&registry) {
         text.push_str(&format!("{}: {}\n", m.name(), m.summary()));
-        let rows: Vec<Vec<String>> = m
-            .params()
-            .iter()
-            .map(|p| {
-                vec![
-                    format!("  {}", p.name),
-                    p.symbol.to_owned(),
-                    p.unit.to_owned(),
-                    p.doc.to_owned(),
-                ]
-            })
-            .collect();
-        text.push_str(&table(&["  parameter", "symbol", "unit", "meaning"], &rows));
+        text.push_str(&parameter_table(m.params()));
+        if !rival {
+            text.push_str(
+                "  no rival structure in a diagnosis: a driven wheel of it is another model's\n",
+            );
+        }
         let hooks: Vec<&str> = m.hooks().iter().map(|h| h.name()).collect();
         text.push_str(&format!(
             "  effects may act on: {}\n  source: {}\n\n",
@@ -66,6 +129,7 @@ pub(crate) fn models(as_json: bool) -> Result<(), CliError> {
             m.reference()
         ));
     }
+    text.push_str(&slots_text(&registry));
     let json = models_json(&registry);
     emit(as_json, json, text)
 }
@@ -113,14 +177,18 @@ pub(crate) fn effects(as_json: bool) -> Result<(), CliError> {
     let rows: Vec<Vec<String>> = all
         .iter()
         .map(|(e, tried)| {
-            let unit = e.params().first().map_or("", |p| p.unit);
+            let magnitude = e.params().first();
+            let unit = magnitude.map_or("", |p| p.unit);
+            let prior = magnitude.map_or(String::new(), |p| short(p.prior_sd));
             vec![
                 e.name().to_owned(),
                 e.form().to_owned(),
                 if *tried { "yes" } else { "-" }.to_owned(),
                 unit.to_owned(),
+                prior,
                 e.summary().to_owned(),
                 e.regime().to_owned(),
+                e.isolated_by().to_owned(),
                 e.reference().to_owned(),
             ]
         })
@@ -130,8 +198,10 @@ pub(crate) fn effects(as_json: bool) -> Result<(), CliError> {
         "form",
         "diagnosed",
         "unit",
+        "prior sd",
         "what happens",
         "where it shows",
+        "isolated by",
         "source",
     ];
     let mut text = table(&header, &rows);

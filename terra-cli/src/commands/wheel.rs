@@ -28,6 +28,15 @@ pub(crate) fn run(args: &WheelArgs) -> Result<(), CliError> {
         match law.forces(&p, &at) {
             Ok(f) => {
                 let profile = law.stresses(&p, &at, POINTS)?;
+                if args.stress && profile.is_none() {
+                    return Err(CliError::usage(
+                        format!(
+                            "--stress: {} knows forces alone, no stresses",
+                            law.model().name()
+                        ),
+                        "leave --stress out, or take a model of stresses such as wong-reece",
+                    ));
+                }
                 let cell = |x: Option<f64>| x.map(|x| x.to_string()).unwrap_or_default();
                 let resistance = f.parts.compaction_resistance + f.parts.bulldozing_resistance;
                 csv.push_str(&format!(

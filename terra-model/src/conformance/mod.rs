@@ -13,7 +13,7 @@
 //! # What is checked
 //! A model ([`check_model`]): it is described (names, units, ranges); it returns finite numbers or a typed error over
 //! its declared domain; its derivatives are those of finite differences; it has no jumps in slip, load or parameters;
-//! soil and load times one factor give forces times that factor; its stresses carry the load and give its pull and
+//! soil and load times one factor give forces times that factor; its stresses join at the apex, carry the load and give its pull and
 //! torque; the load it cannot carry is a typed error with the largest it can; eight lanes give what eight calls give.
 //!
 //! An effect ([`check_effect`]): it is described; magnitude zero changes nothing, bit for bit; it acts where it says

@@ -8,7 +8,7 @@ use super::sample::{self, contact, contacts};
 use super::{Checked, Failures, Record, described};
 use crate::contact::Contact;
 use crate::error::ModelError;
-use crate::forces::WheelForces;
+use crate::forces::{StressPoint, StressProfile, WheelForces};
 use crate::guard::guard;
 use crate::lanes::Lanes;
 use crate::model::{AnyModel, TerrainModel};
@@ -269,6 +269,7 @@ fn balance(record: &mut Record, model: &dyn AnyModel, typical: &[&Vec<f64>]) {
             let Ok(Some(profile)) = model.stress_profile(p, &at, POINTS) else {
                 continue;
             };
+            joined_at_the_apex(record, &profile, || place(p, &at));
             let mut sums = [0.0; 3];
             let flat = profile.flat.unwrap_or(-1.0);
             for pair in profile.points.windows(2) {
@@ -279,14 +280,13 @@ fn balance(record: &mut Record, model: &dyn AnyModel, typical: &[&Vec<f64>]) {
                     let (normal, tau) = (point.normal_stress, point.shear_stress);
                     let terms = if on_the_flat {
                         // dx = h dθ/cos² θ on a chord h = R cos θf below the axle.
-                        let arm = at.radius * flat.cos();
                         let share = flat.cos() / cos.powi(2);
-                        [normal, tau, tau * arm].map(|x| x * share)
+                        [normal, tau, tau * point.shear_arm].map(|x| x * share)
                     } else {
                         [
                             normal * cos + tau * sin,
                             tau * cos - normal * sin,
-                            tau * at.radius,
+                            tau * point.shear_arm,
                         ]
                     };
                     sums.iter_mut()
@@ -311,6 +311,32 @@ fn balance(record: &mut Record, model: &dyn AnyModel, typical: &[&Vec<f64>]) {
             });
         }
     }
+}
+
+/// Both stresses are the same on both sides of the largest normal stress, where the branches of a contact meet.
+fn joined_at_the_apex(
+    record: &mut Record,
+    profile: &StressProfile,
+    place: impl FnOnce() -> String,
+) {
+    let apex = profile.max_normal;
+    let largest = |of: &dyn Fn(&StressPoint) -> f64| {
+        let along = profile.points.iter().map(|q| of(q).abs());
+        along.fold(f64::MIN_POSITIVE, f64::max)
+    };
+    let beside = profile.points.windows(2);
+    let beside = beside.filter(|w| w[0].angle <= apex.angle && apex.angle <= w[1].angle);
+    let off = beside
+        .flatten()
+        .map(|q| {
+            let normal = (q.normal_stress - apex.normal_stress) / largest(&|q| q.normal_stress);
+            let shear = (q.shear_stress - apex.shear_stress) / largest(&|q| q.shear_stress);
+            normal.abs().max(shear.abs())
+        })
+        .fold(0.0, f64::max);
+    record.expect(off < 2e-2, "apex", || {
+        format!("stresses jump by {off:.1e} of their largest at {}", place())
+    });
 }
 
 /// A wheel that sinks has a largest load, and the error that names it is right on both its sides.

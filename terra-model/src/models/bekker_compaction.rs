@@ -48,7 +48,8 @@ impl TerrainModel for BekkerCompaction {
         bekker::PARAMS[4],
         bekker::PARAMS[5],
     ];
-    const REFERENCE: &'static str = "M. G. Bekker, Introduction to Terrain-Vehicle Systems, 1969";
+    const REFERENCE: &'static str =
+        "M. G. Bekker, Introduction to Terrain-Vehicle Systems, 1969 (formulas recalled)";
     const HOOKS: &'static [Hook] = &[
         Hook::Stiffness,
         Hook::Cohesion,

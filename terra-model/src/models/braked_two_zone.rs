@@ -272,6 +272,7 @@ impl TerrainModel for BrakedTwoZone {
                     angle,
                     normal_stress,
                     shear_stress,
+                    shear_arm: wheel.arm,
                 }
             },
         )))

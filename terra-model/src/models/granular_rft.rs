@@ -243,6 +243,7 @@ impl TerrainModel for GranularRft {
                 angle,
                 normal_stress: back * sin + up * cos,
                 shear_stress: up * sin - back * cos,
+                shear_arm: at.radius,
             }
         };
         const SCAN: usize = 400;
@@ -315,5 +316,21 @@ mod tests {
                 .drawbar_pull
         };
         assert!(pull(-0.9) < pull(0.0) && pull(0.0) < 0.0 && pull(0.6) > pull(0.1));
+    }
+
+    /// The wheel that comes out carries the load that went in.
+    #[test]
+    fn the_load_is_balanced() {
+        for p in GranularRft::typical() {
+            for slip in [-1.0, -0.3, 0.0, 0.05, 0.6, 1.0] {
+                for load in [10.0, 60.0, 245.25] {
+                    let at = Contact::new(slip, load, 0.254, 0.15);
+                    let wheel = Wheel::read(&p, &at).unwrap();
+                    let entry = wheel.entry(&at).unwrap();
+                    let carried = wheel.sums(entry).load;
+                    assert!((carried / load - 1.0).abs() < 1e-10, "{carried} {load}");
+                }
+            }
+        }
     }
 }

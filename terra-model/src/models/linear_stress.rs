@@ -195,8 +195,43 @@ impl TerrainModel for LinearStress {
                     angle,
                     normal_stress,
                     shear_stress,
+                    shear_arm: at.radius,
                 }
             },
         )))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::catalogue;
+
+    /// The wheel that comes out carries the load that went in, on every soil of the catalogue.
+    #[test]
+    fn the_load_is_balanced() {
+        let mut compared = 0;
+        for soil in catalogue::terrains() {
+            let Ok(p) = soil.parameters(&LinearStress) else {
+                continue;
+            };
+            for slip in [-1.0, -0.3, 0.0, 0.05, 0.6, 1.0] {
+                for load in [40.0, 245.25, 2452.5] {
+                    let at = Contact::new(slip, load, 0.254, 0.15);
+                    let wheel = LinearStress::wheel(&p, &at).unwrap();
+                    let Ok(entry) = LinearStress::entry(&wheel, &at) else {
+                        continue;
+                    };
+                    let carried = wheel.load(entry);
+                    assert!(
+                        (carried / load - 1.0).abs() < 1e-10,
+                        "{} {carried} {load}",
+                        soil.id
+                    );
+                    compared += 1;
+                }
+            }
+        }
+        assert!(compared > 400, "{compared}");
     }
 }

@@ -17,6 +17,7 @@ pub use compliant_tyre::CompliantTyre;
 pub use granular_rft::GranularRft;
 pub use hard_ground::HardGround;
 pub use linear_stress::LinearStress;
+pub use slots::{Filling, Slots};
 pub use wes_brixius::WesBrixius;
 pub use wong_reece::{Accuracy, WongReece};
 

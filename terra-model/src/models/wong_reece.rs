@@ -231,12 +231,13 @@ impl TerrainModel for WongReece {
         let wheel = Self::wheel(p, at)?;
         let (entry, _) = Self::solve(&wheel, at)?;
         let (exit, apex) = (wheel.exit(entry), wheel.apex(entry));
+        let arm = at.radius + at.hooks.lug_height;
         Ok(Some(StressProfile::sample(
             exit,
             apex,
             entry,
             points,
-            |angle| wheel.stress_at(entry, angle),
+            |angle| wheel.stress_at(entry, angle, arm),
         )))
     }
 }

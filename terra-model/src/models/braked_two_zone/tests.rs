@@ -89,3 +89,16 @@ fn a_second_quadrature_agrees() {
         assert!((torque - f.resistive_torque).abs() < allowed, "slip {slip}");
     }
 }
+
+/// The wheel that comes out carries the load that went in.
+#[test]
+fn the_load_is_balanced() {
+    for slip in [-1.0, -0.9, -0.3, -0.05, 0.0, 0.05, 0.6, 1.0] {
+        for load in [40.0, 245.25, 600.0] {
+            let at = Contact::new(slip, load, 0.254, 0.15);
+            let wheel = Wheel::read(&sand(), &at).unwrap();
+            let carried = wheel.load(wheel.entry(&at).unwrap());
+            assert!((carried / load - 1.0).abs() < 1e-10, "{carried} {load}");
+        }
+    }
+}

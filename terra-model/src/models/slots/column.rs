@@ -154,6 +154,7 @@ impl Column<f64> {
             angle,
             normal_stress: (p * cos - tau * sin) * cos,
             shear_stress: (p * sin + tau * cos) * cos,
+            shear_arm: self.torque_arm,
         }
     }
 }

@@ -29,8 +29,6 @@ pub(super) struct Linear<T> {
     pub(super) width: T,
     /// The cohesion acts at the exit, whatever the shear displacement.
     pub(super) bottom_shear: bool,
-    /// Lugs of the wheel's own, beside those of a hook.
-    pub(super) has_lugs: bool,
 }
 
 /// Stresses at apex and exit.
@@ -53,7 +51,6 @@ impl<T: Real> Linear<T> {
             torque_arm: f(self.torque_arm),
             width: f(self.width),
             bottom_shear: self.bottom_shear,
-            has_lugs: self.has_lugs,
         }
     }
 
@@ -140,6 +137,7 @@ impl Linear<f64> {
             angle,
             normal_stress,
             shear_stress,
+            shear_arm: self.torque_arm,
         }
     }
 }

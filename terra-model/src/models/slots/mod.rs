@@ -9,6 +9,7 @@
 pub(super) mod checks;
 mod column;
 mod contact_state;
+mod fillings;
 mod linear;
 mod params;
 mod pieces;
@@ -35,6 +36,7 @@ use crate::real::{Real, Root, is_plain};
 use crate::root::entry_angle;
 use checks::Values;
 use contact_state::Sums;
+pub use fillings::{Filling, Slots};
 use pressure::{Layer, PressureKind};
 use shear::ShearKind;
 use wheel::{Wheel, WheelKind};
@@ -426,9 +428,6 @@ impl AnyModel for Composed {
     ) -> Result<Option<StressProfile>, ModelError> {
         let wheel = self.wheel(p, at)?;
         let entry = Self::entry(&wheel, at)?;
-        if wheel.has_lugs() {
-            return Ok(None);
-        }
         let (exit, apex) = wheel.angles(entry);
         Ok(Some(StressProfile::sample(
             exit,

@@ -225,10 +225,21 @@ impl Rim<f64> {
         let normal_stress = soil.normal_stress(depth);
         let (along, _) = self.mobilised(entry, angle);
         let strength = soil.strength.cohesion + normal_stress * soil.strength.tan_friction;
+        // Per angle and width: what the rim shears, and what the lugs push in the mean over their places.
+        let rim = strength * self.radius;
+        let (push, moment) = self
+            .lugs
+            .map_or((0.0, 0.0), |lugs| lugs.push(normal_stress, 1.0));
+        let both = rim + push;
         StressPoint {
             angle,
             normal_stress,
-            shear_stress: strength * along,
+            shear_stress: both / self.radius * along,
+            shear_arm: if both > 0.0 {
+                self.torque_arm + moment / both
+            } else {
+                self.torque_arm
+            },
         }
     }
 }

@@ -56,7 +56,7 @@ impl ShearKind {
         match self {
             ShearKind::JanosiHanamoto => "Z. Janosi, B. Hanamoto, 1961",
             ShearKind::WongHump | ShearKind::Muskeg => {
-                "J. Y. Wong, J. Preston-Thomas, J. Terramechanics 20, 1983"
+                "J. Y. Wong, J. Preston-Thomas, J. Terramechanics 19(4), 1983 (formula recalled)"
             }
             ShearKind::Interface => "Coulomb's law on the interface",
         }

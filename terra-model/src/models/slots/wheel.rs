@@ -93,7 +93,7 @@ impl WheelKind {
                 "L. Ding et al., J. Field Robotics 32(6):827-852, 2015 (closed form recalled)"
             }
             WheelKind::GrouserPassive => {
-                "Rankine passive pressure on lugs, as M. G. Bekker, 1969; its mobilisation with slip is chosen"
+                "Rankine passive pressure on lugs, as M. G. Bekker, 1969 (recalled); its mobilisation with slip is chosen"
             }
             WheelKind::Lateral => {
                 "G. Ishigami, A. Miwa, K. Nagatani, K. Yoshida, J. Field Robotics 24(3):233-250, 2007 (formulas recalled)"
@@ -180,7 +180,6 @@ impl WheelKind {
                     torque_arm: at.radius + reach,
                     width: at.width,
                     bottom_shear,
-                    has_lugs: T::Primal::zero().any_lt((reach - lug).primal()),
                 }),
             })
         };
@@ -340,17 +339,6 @@ impl<T: Real> Wheel<T> {
             Shape::Rim(w) => (w.exit(entry), w.apex(entry)),
             Shape::Linear(w) => (w.exit(entry), w.apex(entry)),
             Shape::Column(_) => (T::zero(), T::zero()),
-        }
-    }
-
-    /// True where lugs of its own carry shear stress, which is then none of the rim's.
-    pub(super) fn has_lugs(&self) -> bool {
-        match &self.shape {
-            Shape::Linear(w) => w.has_lugs,
-            Shape::Rim(w) => w
-                .lugs
-                .is_some_and(|l| T::Primal::zero().any_lt(l.height.primal())),
-            Shape::Column(_) => false,
         }
     }
 

@@ -166,8 +166,8 @@ impl<T: Real> Wheel<T> {
 }
 
 impl Wheel<f64> {
-    /// Stresses at one angle of the contact.
-    pub(super) fn stress_at(&self, entry: f64, angle: f64) -> StressPoint {
+    /// Stresses at one angle of the contact; the shear stress acts at an arm.
+    pub(super) fn stress_at(&self, entry: f64, angle: f64, shear_arm: f64) -> StressPoint {
         let (exit, apex) = (self.exit(entry), self.apex(entry));
         let u = if angle >= apex {
             (entry - angle) / (entry - apex)
@@ -188,6 +188,7 @@ impl Wheel<f64> {
             angle,
             normal_stress,
             shear_stress,
+            shear_arm,
         }
     }
 }
