@@ -111,6 +111,10 @@ impl<P: Root> Search<P> {
             return Ok(root);
         }
         let angle = root.exp();
+        if grows_soundly(angle, &supported_load) {
+            at(root);
+            return Ok(root);
+        }
         let suspect = fold_below(angle, angle * FIRST_LOOK, load * FOOTHOLD, &supported_load);
         if suspect.any_lt(angle) {
             let limit = deepest(&supported_load);
@@ -224,6 +228,19 @@ const SMALLEST_LOOK: f64 = 1e-6;
 const FOOTHOLD: f64 = 0.01;
 /// d ln W / d ln θ1 below which a fold may hide between two of those: sound loads grow by a power above a half.
 const FLAT: f64 = 0.25;
+
+/// Shares of the root at which a wheel that is far from any fold shows it.
+const GLANCES: [f64; 4] = [0.125, 0.3, 0.55, 0.8];
+/// d ln W / d ln θ1 from which it is: on its way to a fold the load grows more and more slowly over tens of degrees.
+const SOUND: f64 = 0.8;
+
+/// True where the load grows well at every glance below a root.
+fn grows_soundly<P: Root>(root: P, supported_load: &impl Fn(P) -> (P, P)) -> bool {
+    GLANCES.iter().all(|share| {
+        let (w, slope) = supported_load(root * *share);
+        !slope.any_lt(w * SOUND) && !w.any_lt(P::zero())
+    })
+}
 
 /// The largest angle that a sinking wheel reaches at rest: where the soil gives way, or 90°.
 fn deepest<P: Root>(supported_load: &impl Fn(P) -> (P, P)) -> P {
