@@ -557,13 +557,26 @@ pub(crate) enum HoldOutArg {
     Slip,
 }
 
+/// What several logs share.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum SoilArg {
+    /// One soil for all logs.
+    Shared,
+    /// A soil of its own for each log, all with the same prior.
+    Own,
+}
+
 #[derive(Debug, clap::Args)]
 pub(crate) struct GapArgs {
-    /// Drive or rig log (CSV).
-    pub(crate) log: PathBuf,
+    /// Drive or rig logs (CSV). Several are diagnosed as one: a log's name prefixes its manoeuvres or trials.
+    #[arg(required = true, value_name = "LOG")]
+    pub(crate) logs: Vec<PathBuf>,
     /// The nominal simulator: vehicle or rig, soil, noise (TOML).
     #[arg(long)]
     pub(crate) rover: PathBuf,
+    /// Whether several logs were taken on one soil, or each on its own; sizes of effects are shared either way.
+    #[arg(long, value_enum, default_value_t = SoilArg::Shared)]
+    pub(crate) soil: SoilArg,
     /// Log of an outside simulator that drove or rolled the same: the nominal simulator is made like it first, and what is
     /// then missing on LOG is missing in that simulator too.
     #[arg(long, value_name = "SIM_LOG")]

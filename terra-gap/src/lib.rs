@@ -25,6 +25,7 @@ mod holdout;
 mod hypothesis;
 mod kinematic;
 mod locate;
+mod logs;
 mod mock;
 mod next;
 mod noise;
@@ -42,6 +43,7 @@ mod settings;
 mod setup;
 mod signatures;
 mod soil;
+mod soil_space;
 mod starts;
 mod structures;
 mod unknown;
@@ -61,9 +63,14 @@ pub use kinematic::{
     KinematicPredictor, SkidSteerCentres, SkidSteerDrag, UniformSlip, diagnose_kinematic,
 };
 pub use locate::Place;
+pub use logs::{JoinedLogs, Named};
 pub use next::Experiment;
 pub use rig::RigPredictor;
-pub use run::{diagnose_drive, diagnose_drive_against, diagnose_rig, diagnose_rig_against};
+pub use run::{
+    diagnose_drive, diagnose_drive_against, diagnose_drives, diagnose_drives_against, diagnose_rig,
+    diagnose_rig_against, diagnose_rigs, diagnose_rigs_against,
+};
 pub use settings::{LogKind, Settings};
 pub use setup::{ADEQUATE, LOOK_ALIKE, Screened};
+pub use soil_space::SoilSpace;
 pub use verdict::{Provenance, to_json};

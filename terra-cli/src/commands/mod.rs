@@ -10,6 +10,7 @@ mod demo;
 pub(crate) mod estimate;
 mod export;
 pub(crate) mod gap;
+pub(crate) mod gap_case;
 mod identifiability;
 pub(crate) mod identify;
 pub(crate) mod import;
