@@ -600,12 +600,37 @@ pub(crate) struct GapArgs {
     /// Seed of the mock cases.
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
+    /// Watch one long drive instead: learn the soil from its beginning, then say when and where a gap opens.
+    #[arg(long, conflicts_with_all = ["sim", "hold_out", "calibrate", "combine", "soil", "seed", "html"])]
+    pub(crate) watch: bool,
+    /// What the watch learns the soil from: so many seconds from the log's beginning, or a manoeuvre by its name.
+    #[arg(
+        long,
+        value_name = "SECONDS|SEGMENT",
+        default_value = "20",
+        requires = "watch"
+    )]
+    pub(crate) baseline: String,
+    /// Share of logs without a gap, of whatever length, in which the watch may raise an event.
+    #[arg(long, value_name = "P", default_value_t = 0.05, requires = "watch")]
+    pub(crate) false_alarms: f64,
+    /// CSV to write: what every window of the watch shows.
+    #[arg(long, value_name = "FILE", requires = "watch")]
+    pub(crate) track: Option<PathBuf>,
     /// JSON to write.
     #[arg(long, value_name = "FILE")]
     pub(crate) json: Option<PathBuf>,
     /// HTML report to write.
     #[arg(long, value_name = "FILE")]
     pub(crate) html: Option<PathBuf>,
+}
+
+impl GapArgs {
+    /// Candidates by name; none for all.
+    pub(crate) fn effects(&self) -> Option<Vec<String>> {
+        let names = || self.effects.split(',').map(|s| s.trim().to_owned());
+        (self.effects != "all").then(|| names().collect())
+    }
 }
 
 #[derive(Debug, Subcommand)]

@@ -16,7 +16,7 @@ mod read;
 mod window;
 
 pub(crate) use read::{all_windows, from_log, from_logs};
-pub(crate) use window::{Line, line};
+pub(crate) use window::{BENT, Line, Reader, SERIES, Taken, bends, channels, is_full, line, usual};
 
 use terra_model::{
     BodyLoads, Channel, Contact, Law, ModelError, Motion, Root, Scalar, Vehicle, library_slip,
@@ -46,7 +46,7 @@ const WHEEL_RATE: usize = 13;
 const RAW: usize = 17;
 
 #[derive(Clone, Debug)]
-struct Window {
+pub(crate) struct Window {
     raw: [f64; RAW],
     /// Which of the seven values were measured.
     measured: Vec<usize>,
@@ -73,7 +73,8 @@ pub(crate) struct DrivePredictor {
 }
 
 impl DrivePredictor {
-    fn new(vehicle: Vehicle<f64>, windows: Vec<Window>, soils: usize) -> Self {
+    /// `soils`: how many logs have a soil of their own.
+    pub(crate) fn new(vehicle: Vehicle<f64>, windows: Vec<Window>, soils: usize) -> Self {
         DrivePredictor {
             vehicle,
             windows,

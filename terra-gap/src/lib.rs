@@ -48,6 +48,7 @@ mod starts;
 mod structures;
 mod unknown;
 mod verdict;
+mod watch;
 mod weigh;
 
 pub use calibration::{Calibration, Case, Evidence};
@@ -74,3 +75,7 @@ pub use settings::{LogKind, Settings};
 pub use setup::{ADEQUATE, LOOK_ALIKE, Screened};
 pub use soil_space::SoilSpace;
 pub use verdict::{Provenance, to_json};
+pub use watch::{
+    BaselineSpan, ExpectedDelay, Hint, Instant, Look, SoilValue, Watch, WatchBaseline, WatchEvent,
+    WatchSettings, WatchStep, watch_json,
+};

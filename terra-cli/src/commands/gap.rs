@@ -6,6 +6,7 @@ use terra_data::{LogKind, Rover, SoilSharing};
 use terra_gap::{Diagnosis, HoldOut, Settings, to_json};
 
 use super::gap_case::{Against, Verdict, diagnose_files};
+use super::gap_watch;
 use crate::args::{GapArgs, HoldOutArg, SoilArg};
 use crate::error::CliError;
 use crate::output::{self, short};
@@ -13,6 +14,9 @@ use crate::progress::Spinner;
 use crate::report;
 
 pub(crate) fn run(args: &GapArgs, quiet: bool) -> Result<(), CliError> {
+    if args.watch {
+        return gap_watch::run(args, quiet);
+    }
     let logs: Vec<&Path> = args.logs.iter().map(AsRef::as_ref).collect();
     let mut inputs = logs.clone();
     inputs.push(&args.rover);
@@ -23,14 +27,7 @@ pub(crate) fn run(args: &GapArgs, quiet: bool) -> Result<(), CliError> {
         settings.combine = args.combine.into();
         settings.calibrate = args.calibrate as usize;
         settings.seed = args.seed;
-        if args.effects != "all" {
-            settings.effects = Some(
-                args.effects
-                    .split(',')
-                    .map(|s| s.trim().to_owned())
-                    .collect(),
-            );
-        }
+        settings.effects = args.effects();
         settings.hold_out = hold_out(args.hold_out, kind)?;
         settings.soil = match args.soil {
             SoilArg::Shared => SoilSharing::Shared,

@@ -11,6 +11,7 @@ pub(crate) mod estimate;
 mod export;
 pub(crate) mod gap;
 pub(crate) mod gap_case;
+mod gap_watch;
 mod identifiability;
 pub(crate) mod identify;
 pub(crate) mod import;

@@ -3,7 +3,7 @@
 use terra_data::{DriveLog, Rover};
 
 use super::DrivePredictor;
-use super::window::{BENT, Reader, bends, channels, is_full};
+use super::window::{BENT, Reader, bends, channels, is_full, usual};
 use crate::dataset::DataSet;
 use crate::error::GapError;
 use crate::logs::Logs;
@@ -102,7 +102,7 @@ fn windows(
         let predictor = DrivePredictor::new(vehicle, vec![], logs.soils());
         return Ok((empty, predictor, vec![]));
     }
-    let usual = reader.usual();
+    let usual = usual(&reader.scatters);
     let bent = reader.scatters.iter().map(|s| bends(s, &usual)).collect();
     let data = DataSet {
         channels: channels(&vehicle),

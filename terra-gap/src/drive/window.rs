@@ -133,6 +133,24 @@ struct Sensors {
     accel: f64,
 }
 
+/// A window that is used.
+#[derive(Clone, Debug)]
+pub(crate) struct Taken {
+    pub(crate) window: Window,
+    /// Numbered 0; its user gives it its place.
+    pub(crate) observation: Observation,
+    /// Scatter around the line of every channel; NaN where it was not measured.
+    pub(crate) scatter: [f64; SERIES],
+}
+
+/// The usual scatter of every channel.
+pub(crate) fn usual(scatters: &[[f64; SERIES]]) -> [f64; SERIES] {
+    std::array::from_fn(|k| {
+        let measured = scatters.iter().map(|s| s[k]).filter(|s| !s.is_nan());
+        median(measured).max(f64::MIN_POSITIVE)
+    })
+}
+
 /// Makes windows one after the other.
 #[derive(Clone, Debug)]
 pub(crate) struct Reader {
@@ -225,12 +243,24 @@ impl Reader {
 
     /// Takes a window in, or counts why it is left out.
     pub(crate) fn window(&mut self, log: &DriveLog, rows: Range<usize>) {
-        if let Err(reason) = self.take(log, rows) {
-            *self.dropped.entry(reason.to_owned()).or_default() += 1;
+        if let Some(mut taken) = self.one(log, rows) {
+            taken.observation.index = self.windows.len();
+            self.observations.push(taken.observation);
+            self.windows.push(taken.window);
+            self.scatters.push(taken.scatter);
         }
     }
 
-    fn take(&mut self, log: &DriveLog, rows: Range<usize>) -> Result<(), &'static str> {
+    /// The next window by itself, kept by the caller; none where it is left out, which is counted.
+    pub(crate) fn one(&mut self, log: &DriveLog, rows: Range<usize>) -> Option<Taken> {
+        let taken = self.take(log, rows);
+        if let Err(reason) = taken {
+            *self.dropped.entry(reason.to_owned()).or_default() += 1;
+        }
+        taken.ok()
+    }
+
+    fn take(&mut self, log: &DriveLog, rows: Range<usize>) -> Result<Taken, &'static str> {
         let (vehicle, sd_of, gap) = (self.vehicle, self.sd, self.rover.gap);
         let over = |series: &Series, sd: f64| -> Option<Line> {
             line(&log.time, series, rows.clone(), sd)
@@ -332,8 +362,8 @@ impl Reader {
             time,
             log: self.log,
         };
-        self.observations.push(Observation {
-            index: self.windows.len(),
+        let observation = Observation {
+            index: 0,
             group: self.segment.clone(),
             condition: String::new(),
             place: format!("{}t = {time:.2} s", self.prefix),
@@ -349,18 +379,17 @@ impl Reader {
                 ("load", vehicle.mass * GRAVITY + payload * GRAVITY),
                 ("yaw_rate", raw[YAW_RATE]),
             ]),
-        });
-        self.windows.push(window);
-        self.scatters.push(scatter);
-        Ok(())
+        };
+        Ok(Taken {
+            window,
+            observation,
+            scatter,
+        })
     }
 
-    /// The usual scatter of every channel.
-    pub(crate) fn usual(&self) -> [f64; SERIES] {
-        std::array::from_fn(|k| {
-            let measured = self.scatters.iter().map(|s| s[k]).filter(|s| !s.is_nan());
-            median(measured).max(f64::MIN_POSITIVE)
-        })
+    /// The segment that windows belong to.
+    pub(crate) fn segment(&self) -> &str {
+        &self.segment
     }
 
     /// Variance of a window's value by what scatters inside windows beyond the sensors' noise.
