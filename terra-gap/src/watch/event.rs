@@ -38,7 +38,7 @@ pub struct Hint {
     pub unit: String,
 }
 
-/// A gap that opened.
+/// A gap that opened. Channel, bias, factor and hints are those of the clearest look until it closed.
 #[derive(Clone, Debug, Default, Serialize, PartialEq)]
 pub struct WatchEvent {
     /// When it was flagged.
@@ -49,7 +49,7 @@ pub struct WatchEvent {
     pub delay_s: f64,
     /// When it was over; none when the log ended first.
     pub closed: Option<Instant>,
-    /// The score that passed its threshold furthest: a channel or an effect.
+    /// The score that flagged it, the furthest beyond its threshold then: a channel or an effect.
     pub score: String,
     /// That score, in standard deviations.
     pub sigma: f64,

@@ -93,14 +93,16 @@ impl Monitor {
                             opened = Some(event.clone());
                             self.open = Some((event, passed.excess));
                         }
-                        // The clearest look describes an event best; when it was flagged stays.
+                        // The clearest look describes an event best; when and by what it was flagged stays.
                         Some((open, excess)) => {
-                            let (flagged, onset, delay) =
-                                (open.flagged.clone(), open.onset.clone(), open.delay_s);
                             *open = WatchEvent {
-                                flagged,
-                                onset,
-                                delay_s: delay,
+                                flagged: open.flagged.clone(),
+                                onset: open.onset.clone(),
+                                delay_s: open.delay_s,
+                                score: open.score.clone(),
+                                sigma: open.sigma,
+                                threshold: open.threshold,
+                                span_s: open.span_s,
                                 ..event
                             };
                             *excess = passed.excess;
