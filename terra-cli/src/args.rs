@@ -572,13 +572,26 @@ pub(crate) enum HoldOutArg {
     Slip,
 }
 
+/// What several logs share.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum SoilArg {
+    /// One soil for all logs.
+    Shared,
+    /// A soil of its own for each log, all with the same prior.
+    Own,
+}
+
 #[derive(Debug, clap::Args)]
 pub(crate) struct GapArgs {
-    /// Drive or rig log (CSV).
-    pub(crate) log: PathBuf,
+    /// Drive or rig logs (CSV). Several are diagnosed as one: a log's name prefixes its manoeuvres or trials.
+    #[arg(required = true, value_name = "LOG")]
+    pub(crate) logs: Vec<PathBuf>,
     /// The nominal simulator: vehicle or rig, soil, noise (TOML).
     #[arg(long)]
     pub(crate) rover: PathBuf,
+    /// Whether several logs were taken on one soil, or each on its own; sizes of effects are shared either way.
+    #[arg(long, value_enum, default_value_t = SoilArg::Shared)]
+    pub(crate) soil: SoilArg,
     /// Log of an outside simulator that drove or rolled the same: the nominal simulator is made like it first, and what is
     /// then missing on LOG is missing in that simulator too.
     #[arg(long, value_name = "SIM_LOG")]
@@ -602,12 +615,37 @@ pub(crate) struct GapArgs {
     /// Seed of the mock cases.
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
+    /// Watch one long drive instead: learn the soil from its beginning, then say when and where a gap opens.
+    #[arg(long, conflicts_with_all = ["sim", "hold_out", "calibrate", "combine", "soil", "seed", "html"])]
+    pub(crate) watch: bool,
+    /// What the watch learns the soil from: so many seconds from the log's beginning, or a manoeuvre by its name.
+    #[arg(
+        long,
+        value_name = "SECONDS|SEGMENT",
+        default_value = "20",
+        requires = "watch"
+    )]
+    pub(crate) baseline: String,
+    /// Share of logs without a gap, of whatever length, in which the watch may raise an event.
+    #[arg(long, value_name = "P", default_value_t = 0.05, requires = "watch")]
+    pub(crate) false_alarms: f64,
+    /// CSV to write: what every window of the watch shows.
+    #[arg(long, value_name = "FILE", requires = "watch")]
+    pub(crate) track: Option<PathBuf>,
     /// JSON to write.
     #[arg(long, value_name = "FILE")]
     pub(crate) json: Option<PathBuf>,
     /// HTML report to write.
     #[arg(long, value_name = "FILE")]
     pub(crate) html: Option<PathBuf>,
+}
+
+impl GapArgs {
+    /// Candidates by name; none for all.
+    pub(crate) fn effects(&self) -> Option<Vec<String>> {
+        let names = || self.effects.split(',').map(|s| s.trim().to_owned());
+        (self.effects != "all").then(|| names().collect())
+    }
 }
 
 #[derive(Debug, Subcommand)]

@@ -1,11 +1,13 @@
-//! The prior centre of the soil when the rover file names none: the winner of its hypotheses on this log.
+//! The prior centre of the soil when the rover file names none: the winner of its hypotheses on the logs.
+
+use std::collections::BTreeMap;
 
 use terra_data::{DriveLog, RigLog, Rover, Start};
 use terra_model::Registry;
 use terra_model::catalogue::Terrain;
 
 use crate::error::CliError;
-use crate::identify::{IdentifyOptions, identify_drive, identify_rig};
+use crate::identify::{Group, IdentifyOptions, identify_drive, identify_rig};
 
 /// A log of either kind.
 pub(crate) enum Log<'a> {
@@ -29,7 +31,7 @@ pub(crate) enum Prior {
 /// Completes `[terrain] start`.
 pub(crate) fn complete(
     rover: &mut Rover,
-    log: &Log<'_>,
+    logs: &[Log<'_>],
     registry: &Registry,
     terrains: &[Terrain],
 ) -> Result<Prior, CliError> {
@@ -41,18 +43,23 @@ pub(crate) fn complete(
         refine: false,
         ..IdentifyOptions::default()
     };
-    let identified = match log {
-        Log::Drive(log) => identify_drive(log, rover, registry, terrains, &options),
-        Log::Rig(log) => identify_rig(log, rover, registry, terrains, &options),
-    };
-    let (winner, why) = match identified {
-        Ok(id) => (
-            id.groups.first().and_then(|g| g.map.clone()),
-            "no hypothesis explains the log".to_owned(),
-        ),
-        // What a log cannot tell is a verdict, not an error.
-        Err(CliError::BadData { message, .. }) => (None, message),
-        Err(other) => return Err(other),
+    let mut why = "no hypothesis explains the log".to_owned();
+    let mut found = vec![];
+    for log in logs {
+        let identified = match log {
+            Log::Drive(log) => identify_drive(log, rover, registry, terrains, &options),
+            Log::Rig(log) => identify_rig(log, rover, registry, terrains, &options),
+        };
+        match identified {
+            Ok(id) => found.extend(id.groups.into_iter().next()),
+            // What a log cannot tell is a verdict, not an error.
+            Err(CliError::BadData { message, .. }) => why = message,
+            Err(other) => return Err(other),
+        }
+    }
+    let winner = match found.as_slice() {
+        [one] => one.map.clone(),
+        several => likeliest(several),
     };
     let winning = terrains
         .iter()
@@ -71,4 +78,15 @@ pub(crate) fn complete(
         Some(t) => Prior::Identified(t.id.to_string()),
         None => Prior::Unknown { why },
     })
+}
+
+/// The hypothesis that all logs together make the likeliest: their likelihoods multiply.
+fn likeliest(groups: &[Group]) -> Option<String> {
+    let mut sums: BTreeMap<&str, f64> = BTreeMap::new();
+    for h in groups.iter().flat_map(|g| &g.posterior) {
+        *sums.entry(h.id.as_str()).or_default() += h.log_likelihood;
+    }
+    sums.into_iter()
+        .max_by(|a, b| a.1.total_cmp(&b.1))
+        .map(|(id, _)| id.to_owned())
 }

@@ -7,16 +7,17 @@ use std::path::{Path, PathBuf};
 use clap::ValueEnum;
 use serde_json::Value;
 use terra_data::{
-    LogKind, Rover, hypothesis_terrains, parse_rover_with, read_rover_with, write_drive_log_to,
-    write_rig_log_to,
+    LogKind, Rover, SoilSharing, hypothesis_terrains, parse_rover_with, read_rover_with,
+    write_drive_log_to, write_rig_log_to,
 };
 use terra_gap::{HoldOut, Settings, to_json};
 use terra_model::{Law, Registry};
 use terra_sim::{Scenario, SimError, simulate_drive, simulate_rig};
 
 use crate::args::{HoldOutArg, ImportArg};
+use crate::commands::gap::hold_out as hold_out_of;
 use crate::commands::{
-    estimate as estimating, gap as diagnosing, identify as weighing, import as importing,
+    estimate as estimating, gap_case as diagnosing, identify as weighing, import as importing,
     inspect as looking, lists, simulate as simulating, wheel as wheels,
 };
 use crate::error::CliError;
@@ -208,6 +209,8 @@ pub struct GapOptions {
     pub calibrate: usize,
     /// Seed of the mock cases.
     pub seed: u64,
+    /// `shared` or `own`: what several logs share.
+    pub soil: String,
 }
 
 impl Default for GapOptions {
@@ -218,16 +221,17 @@ impl Default for GapOptions {
             combine: 2,
             calibrate: 0,
             seed: 1,
+            soil: "shared".to_owned(),
         }
     }
 }
 
-/// `verdict.json` of `terra gap`.
+/// `verdict.json` of `terra gap`, of one log or of several together.
 ///
 /// # Errors
 /// As the command.
 pub fn gap(
-    log: &Source,
+    logs: &[Source],
     rover: &Source,
     registry: &Registry,
     options: &GapOptions,
@@ -238,18 +242,35 @@ pub fn gap(
             "1 tries effects one by one, 2 also pairs",
         ));
     }
+    let soil = match options.soil.as_str() {
+        "shared" => SoilSharing::Shared,
+        "own" => SoilSharing::Own,
+        other => {
+            return Err(CliError::usage(
+                format!("soil = '{other}': expected shared or own"),
+                "shared takes one soil for all logs, own one for each",
+            ));
+        }
+    };
     let settings = |nominal: &Rover, kind: LogKind| -> Result<Settings, CliError> {
         let mut settings = Settings::of(nominal);
         settings.effects = options.effects.clone();
         settings.combine = options.combine;
         settings.calibrate = options.calibrate;
         settings.seed = options.seed;
+        settings.soil = soil;
         settings.hold_out = hold_out(options.hold_out.as_deref(), kind)?;
         Ok(settings)
     };
+    let logs = logs
+        .iter()
+        .map(|log| {
+            let (file, name) = (log.log()?, log.name());
+            Ok(diagnosing::CaseLog { file, name })
+        })
+        .collect::<Result<_, CliError>>()?;
     let case = diagnosing::Case {
-        log: &log.log()?,
-        log_name: log.name(),
+        logs,
         rover: rover.rover(registry)?,
         rover_name: rover.name(),
         folder: rover.folder(),
@@ -271,7 +292,7 @@ fn hold_out(asked: Option<&str>, kind: LogKind) -> Result<Option<HoldOut>, CliEr
             })
         })
         .transpose()?;
-    diagnosing::hold_out(asked, kind)
+    hold_out_of(asked, kind)
 }
 
 /// `model+effect=magnitude+...` to a law and its magnitudes.

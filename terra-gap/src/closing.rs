@@ -32,7 +32,7 @@ pub fn closing_drive(
     effects: &[String],
     by: HoldOut,
 ) -> Result<Option<f64>, GapError> {
-    let setup = setup(registry, rover, LogKind::Drive)?;
+    let setup = setup(registry, rover, LogKind::Drive, &[])?;
     let noisy = drive::from_log(log, rover)?;
     let clean = drive::all_windows(clean, rover)?;
     closing(noisy, clean, &setup, effects, by)
@@ -50,7 +50,7 @@ pub fn closing_rig(
     effects: &[String],
     by: HoldOut,
 ) -> Result<Option<f64>, GapError> {
-    let setup = setup(registry, rover, LogKind::Rig)?;
+    let setup = setup(registry, rover, LogKind::Rig, &[])?;
     let noisy = rig::from_log(log, rover)?;
     let clean = rig::from_log(clean, rover)?;
     closing(noisy, clean, &setup, effects, by)

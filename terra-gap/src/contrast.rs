@@ -24,6 +24,7 @@ use crate::null::{drop_unanswered, refit};
 use crate::settings::LogKind;
 use crate::setup::{Rival, Setup};
 use crate::soil::{free_soil, widths};
+use crate::soil_space::SoilSpace;
 
 /// Length of the error in slip.
 const LENGTH: f64 = 0.25;
@@ -124,6 +125,7 @@ pub struct Baseline {
 }
 
 /// The nominal simulator made like the outside one, with its rivals on the real log.
+/// `labels`: the logs that have a soil of their own.
 ///
 /// # Errors
 /// A soil that the law cannot use; a fit to the simulator's log that does not converge.
@@ -134,11 +136,12 @@ pub(crate) fn against<'a, P: Predictor>(
     rover: &'a Rover,
     kind: LogKind,
     same_soil: bool,
+    labels: &[String],
 ) -> Result<(Setup<'a>, Baseline), GapError> {
     let law = registry
         .law(&rover.terrain.model)?
         .with_effects([Arc::new(FormError) as Arc<dyn terra_model::AnyEffect>])?;
-    let soil = Arc::new(free_soil(&law, rover)?);
+    let soil = Arc::new(SoilSpace::new(free_soil(&law, rover)?, &[]));
     let setup = Setup {
         registry,
         rover,
@@ -177,12 +180,12 @@ pub(crate) fn against<'a, P: Predictor>(
         vec![Rival {
             name: "soil-change".to_owned(),
             law: law.clone(),
-            soil: Arc::new(whole),
+            soil: Arc::new(SoilSpace::new(whole, labels)),
         }]
     };
     let setup = Setup {
         law,
-        soil: Arc::new(narrow),
+        soil: Arc::new(SoilSpace::new(narrow, labels)),
         structures,
         ..setup
     };

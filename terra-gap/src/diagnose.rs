@@ -12,6 +12,7 @@ use crate::fit::{Fit, residual};
 use crate::holdout::{HeldOut, HoldOut, hold_out};
 use crate::hypothesis::Hypothesis;
 use crate::locate::{Place, places};
+use crate::logs::JoinedLogs;
 use crate::next::{Experiment, suggest};
 use crate::rivals::weigh_rivals;
 use crate::settings::{LogKind, Settings};
@@ -80,6 +81,8 @@ pub struct Diagnosis {
     pub evidence: Evidence,
     /// The outside simulator that it was compared with.
     pub baseline: Option<Baseline>,
+    /// The logs and what they share, where there are several.
+    pub logs: Option<JoinedLogs>,
 }
 
 impl Diagnosis {
@@ -115,6 +118,7 @@ impl Diagnosis {
             calibration: None,
             evidence: Evidence::default(),
             baseline: None,
+            logs: None,
         }
     }
 }
@@ -200,6 +204,7 @@ pub(crate) fn diagnose<P: Predictor>(
         calibration: Some(calibration),
         evidence,
         baseline: None,
+        logs: None,
         data,
     })
 }
@@ -244,7 +249,7 @@ fn undetermined(null: &Hypothesis, fit: &Fit) -> Vec<String> {
         let names = null.soil.names();
         let weak: Vec<String> = (0..null.soil_len())
             .filter(|&k| covariance[(k, k)].sqrt() > 0.8)
-            .map(|k| names[k].to_owned())
+            .map(|k| names[k].clone())
             .collect();
         if !weak.is_empty() {
             out.push(format!(

@@ -13,8 +13,10 @@
 //! drift. A wheel x ahead of the centre then has the slip angle atan(x r/|v|).
 
 mod read;
+mod window;
 
-pub(crate) use read::{Line, all_windows, from_log, line};
+pub(crate) use read::{all_windows, from_log, from_logs};
+pub(crate) use window::{BENT, Line, Reader, SERIES, Taken, bends, channels, is_full, line, usual};
 
 use terra_model::{
     BodyLoads, Channel, Contact, Law, ModelError, Motion, Root, Scalar, Vehicle, library_slip,
@@ -22,6 +24,7 @@ use terra_model::{
 
 use crate::dataset::{DataSet, Design, Predictor};
 use crate::error::GapError;
+use crate::logs::of_log;
 use crate::sensor;
 
 /// g \[m/s²\].
@@ -43,7 +46,7 @@ const WHEEL_RATE: usize = 13;
 const RAW: usize = 17;
 
 #[derive(Clone, Debug)]
-struct Window {
+pub(crate) struct Window {
     raw: [f64; RAW],
     /// Which of the seven values were measured.
     measured: Vec<usize>,
@@ -56,6 +59,8 @@ struct Window {
     earlier_passes: f64,
     path: f64,
     time: f64,
+    /// Number of its log.
+    log: usize,
 }
 
 /// Predicts windows of a drive log.
@@ -63,9 +68,20 @@ struct Window {
 pub(crate) struct DrivePredictor {
     vehicle: Vehicle<f64>,
     windows: Vec<Window>,
+    /// How many logs have a soil of their own.
+    soils: usize,
 }
 
 impl DrivePredictor {
+    /// `soils`: how many logs have a soil of their own.
+    pub(crate) fn new(vehicle: Vehicle<f64>, windows: Vec<Window>, soils: usize) -> Self {
+        DrivePredictor {
+            vehicle,
+            windows,
+            soils,
+        }
+    }
+
     /// Predicted readings `offset` seconds from the window's middle, on its straight line of motion.
     fn readings<T: Scalar>(
         &self,
@@ -198,6 +214,7 @@ impl Predictor for DrivePredictor {
         raw: &[T],
     ) -> Result<Vec<T>, GapError> {
         let window = &self.windows[index];
+        let p = &*of_log(law, p, self.soils, window.log);
         let mut predicted = [T::zero(); VALUES];
         let share = 1.0 / window.nodes.len() as f64;
         for &offset in &window.nodes {

@@ -4,8 +4,9 @@
 
 use std::sync::Arc;
 
-use terra_mme::FitSpace;
 use terra_model::{AnyEffect, Law, ModelError, Real};
+
+use crate::soil_space::SoilSpace;
 
 /// A terrain model with candidate effects, and which of its soil parameters are free.
 #[derive(Clone, Debug)]
@@ -13,14 +14,14 @@ pub struct Hypothesis {
     /// Terrain model and effects.
     pub law: Law,
     /// Soil parameters that are re-fitted.
-    pub soil: Arc<FitSpace>,
+    pub soil: Arc<SoilSpace>,
     /// How many of the law's effects, counted from the end, are candidates (the others belong to the nominal model).
     pub candidates: usize,
 }
 
 impl Hypothesis {
     /// The nominal law alone; effects it already has are fixed at the magnitudes the soil's fit space gives them.
-    pub fn null(law: Law, soil: Arc<FitSpace>) -> Self {
+    pub fn null(law: Law, soil: Arc<SoilSpace>) -> Self {
         Hypothesis {
             law,
             soil,

@@ -32,8 +32,10 @@ use crate::candidates::Candidates;
 use crate::dataset::DataSet;
 use crate::diagnose::{Diagnosis, diagnose};
 use crate::error::GapError;
+use crate::logs::Logs;
 use crate::settings::{LogKind, Settings};
 use crate::setup::Setup;
+use crate::soil_space::SoilSpace;
 
 pub use effects::{SkidSteerCentres, SkidSteerDrag};
 pub use ground::UniformSlip;
@@ -50,6 +52,19 @@ const TURNING: f64 = 5.0;
 /// A rover file without vehicle, a used channel without noise level, or an unknown effect name.
 pub fn diagnose_kinematic(
     log: &DriveLog,
+    rover: &Rover,
+    registry: &Registry,
+    settings: &Settings,
+) -> Result<Diagnosis, GapError> {
+    diagnose_logs(&Logs::one(log), rover, registry, settings)
+}
+
+/// The same of several logs.
+///
+/// # Errors
+/// As there.
+pub(crate) fn diagnose_logs(
+    logs: &Logs<'_, DriveLog>,
     rover: &Rover,
     registry: &Registry,
     settings: &Settings,
@@ -76,29 +91,30 @@ pub fn diagnose_kinematic(
         registry: &known,
         rover,
         law,
-        soil: Arc::new(soil),
+        soil: Arc::new(SoilSpace::new(soil, logs.labels())),
         structures: vec![],
         kind: LogKind::Kinematic,
     };
-    let (data, predictor) = read::from_log(log, rover)?;
-    let mut found = match refusal(&data, log, rover) {
+    let (data, predictor) = read::from_logs(logs, rover)?;
+    let mut found = match refusal(&data, logs, rover) {
         Some(reason) => Diagnosis::unidentifiable(data, &setup, Candidates::default(), reason),
         None => diagnose(data, &predictor, &setup, &settings)?,
     };
     found.not_asked.extend(silent);
+    found.logs = logs.joined();
     isolate(&mut found, registry);
     Ok(found)
 }
 
 /// Why a log can say nothing, and what to record instead.
-fn refusal(data: &DataSet, log: &DriveLog, rover: &Rover) -> Option<String> {
-    if log.ground_speed.is_none() {
+fn refusal(data: &DataSet, logs: &Logs<'_, DriveLog>, rover: &Rover) -> Option<String> {
+    if logs.iter().all(|(_, log)| log.ground_speed.is_none()) {
         return Some(
             "no ground speed in the log: record ground_speed_m_s (visual odometry, lidar, GNSS), or wheel torques for a diagnosis of forces"
                 .to_owned(),
         );
     }
-    if log.yaw_rate.is_none() {
+    if logs.iter().all(|(_, log)| log.yaw_rate.is_none()) {
         return Some(
             "no yaw rate in the log: without it a turn cannot be seen; record yaw_rate_rad_s (a gyro, or the heading of the odometry)"
                 .to_owned(),

@@ -26,6 +26,7 @@ mod holdout;
 mod hypothesis;
 mod kinematic;
 mod locate;
+mod logs;
 mod mock;
 mod next;
 mod noise;
@@ -43,10 +44,12 @@ mod settings;
 mod setup;
 mod signatures;
 mod soil;
+mod soil_space;
 mod starts;
 mod structures;
 mod unknown;
 mod verdict;
+mod watch;
 mod weigh;
 
 pub use calibration::{Calibration, Case, Evidence};
@@ -62,9 +65,18 @@ pub use kinematic::{
     KinematicPredictor, SkidSteerCentres, SkidSteerDrag, UniformSlip, diagnose_kinematic,
 };
 pub use locate::Place;
+pub use logs::{JoinedLogs, Named};
 pub use next::Experiment;
 pub use rig::RigPredictor;
-pub use run::{diagnose_drive, diagnose_drive_against, diagnose_rig, diagnose_rig_against};
+pub use run::{
+    diagnose_drive, diagnose_drive_against, diagnose_drives, diagnose_drives_against, diagnose_rig,
+    diagnose_rig_against, diagnose_rigs, diagnose_rigs_against,
+};
 pub use settings::{LogKind, Settings};
 pub use setup::{ADEQUATE, LOOK_ALIKE, Screened};
+pub use soil_space::SoilSpace;
 pub use verdict::{Provenance, to_json};
+pub use watch::{
+    BaselineSpan, ExpectedDelay, Hint, Instant, Look, SoilValue, Watch, WatchBaseline, WatchEvent,
+    WatchSettings, WatchStep, watch_json,
+};

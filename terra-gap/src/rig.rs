@@ -2,13 +2,14 @@
 
 mod read;
 
-pub(crate) use read::{from_log, median};
+pub(crate) use read::{from_log, from_logs, median};
 
 use terra_data::{Measured, RigRow, WheelData};
 use terra_model::{BodyLoads, Channel, Contact, Law, Motion, Scalar, Vehicle, library_slip};
 
 use crate::dataset::{ChannelInfo, DataSet, Design, Predictor};
 use crate::error::GapError;
+use crate::logs::of_log;
 use crate::sensor;
 
 /// What a rig measures, in the order of the data set's channels.
@@ -56,12 +57,16 @@ struct Row {
     earlier_passes: f64,
     speed: f64,
     wheel_speed: f64,
+    /// Number of its log.
+    log: usize,
 }
 
 /// Predicts rig rows.
 #[derive(Clone, Debug)]
 pub struct RigPredictor {
     rows: Vec<Row>,
+    /// How many logs have a soil of their own.
+    soils: usize,
 }
 
 impl RigPredictor {
@@ -154,7 +159,8 @@ impl RigPredictor {
         slip: f64,
         load: f64,
     ) -> Result<Vec<f64>, GapError> {
-        Self::readings(law, p, &self.rows[index], slip, load)
+        let row = &self.rows[index];
+        Self::readings(law, &of_log(law, p, self.soils, row.log), row, slip, load)
     }
 }
 
@@ -194,7 +200,8 @@ impl Predictor for RigPredictor {
     ) -> Result<Vec<T>, GapError> {
         let row = &self.rows[index];
         let n = row.values.len();
-        let predicted = Self::readings(law, p, row, raw[n], raw[n + 1])?;
+        let p = of_log(law, p, self.soils, row.log);
+        let predicted = Self::readings(law, &p, row, raw[n], raw[n + 1])?;
         Ok(raw.iter().zip(predicted).map(|(y, f)| *y - f).collect())
     }
 

@@ -3,15 +3,16 @@
 use std::sync::Arc;
 
 use terra_data::{DriveLog, RigLog, Rover};
-use terra_mme::FitSpace;
 use terra_model::{Law, Registry};
 
 use crate::contrast::against;
 use crate::diagnose::{Diagnosis, diagnose};
 use crate::error::GapError;
-use crate::kinematic::diagnose_kinematic;
+use crate::kinematic::diagnose_logs;
+use crate::logs::{Logs, Named};
 use crate::settings::{LogKind, Settings};
 use crate::setup::{Rival, Setup};
+use crate::soil_space::SoilSpace;
 use crate::{drive, rig};
 
 /// Diagnoses a rig log. Returns the predictor too, for curves.
@@ -24,13 +25,25 @@ pub fn diagnose_rig(
     registry: &Registry,
     settings: &Settings,
 ) -> Result<(Diagnosis, rig::RigPredictor), GapError> {
-    let (data, predictor) = rig::from_log(log, rover)?;
-    let setup = setup(registry, rover, LogKind::Rig)?;
-    let diagnosis = diagnose(data, &predictor, &setup, settings)?;
-    Ok((diagnosis, predictor))
+    rig_logs(&Logs::one(log), None, rover, registry, settings)
 }
 
-/// Diagnoses a drive log; one without torques by its motion alone ([`diagnose_kinematic`]).
+/// Diagnoses several logs of one rig as one: trials are prefixed with the log's name, and the soil is one for all or one a log
+/// ([`Settings::soil`]). The order of the logs does not matter.
+///
+/// # Errors
+/// As [`diagnose_rig`]; two logs of one name.
+pub fn diagnose_rigs(
+    logs: &[Named<'_, RigLog>],
+    rover: &Rover,
+    registry: &Registry,
+    settings: &Settings,
+) -> Result<(Diagnosis, rig::RigPredictor), GapError> {
+    let logs = Logs::new(logs, settings.soil)?;
+    rig_logs(&logs, None, rover, registry, settings)
+}
+
+/// Diagnoses a drive log; one without torques by its motion alone ([`diagnose_kinematic`](crate::diagnose_kinematic)).
 ///
 /// # Errors
 /// A configuration that makes no sense, or a used channel without noise level.
@@ -40,12 +53,23 @@ pub fn diagnose_drive(
     registry: &Registry,
     settings: &Settings,
 ) -> Result<Diagnosis, GapError> {
-    if log.wheel_torque.is_none() {
-        return diagnose_kinematic(log, rover, registry, settings);
-    }
-    let (data, predictor) = drive::from_log(log, rover)?;
-    let setup = setup(registry, rover, LogKind::Drive)?;
-    diagnose(data, &predictor, &setup, settings)
+    drive_logs(&Logs::one(log), None, rover, registry, settings)
+}
+
+/// Diagnoses several logs of one vehicle as one: manoeuvres are prefixed with the log's name, time, path and ruts start anew
+/// with each, a channel that one lacks is missing there only, and the soil is one for all or one a log ([`Settings::soil`]).
+/// The order of the logs does not matter. Without torques in any of them it is a diagnosis of motion alone.
+///
+/// # Errors
+/// As [`diagnose_drive`]; two logs of one name.
+pub fn diagnose_drives(
+    logs: &[Named<'_, DriveLog>],
+    rover: &Rover,
+    registry: &Registry,
+    settings: &Settings,
+) -> Result<Diagnosis, GapError> {
+    let logs = Logs::new(logs, settings.soil)?;
+    drive_logs(&logs, None, rover, registry, settings)
 }
 
 /// Diagnoses a rig log against an outside simulator, whose log of the same trials is fitted first. `same_soil`: the simulator
@@ -61,13 +85,24 @@ pub fn diagnose_rig_against(
     settings: &Settings,
     same_soil: bool,
 ) -> Result<(Diagnosis, rig::RigPredictor), GapError> {
-    let (sim_data, sim_predictor) = rig::from_log(sim, rover)?;
-    let (data, predictor) = rig::from_log(log, rover)?;
-    let kind = LogKind::Rig;
-    let (setup, baseline) = against(sim_data, &sim_predictor, registry, rover, kind, same_soil)?;
-    let mut diagnosis = diagnose(data, &predictor, &setup, settings)?;
-    diagnosis.baseline = Some(baseline);
-    Ok((diagnosis, predictor))
+    let sim = Some((sim, same_soil));
+    rig_logs(&Logs::one(log), sim, rover, registry, settings)
+}
+
+/// The same of several real logs.
+///
+/// # Errors
+/// As [`diagnose_rig_against`] and [`diagnose_rigs`].
+pub fn diagnose_rigs_against(
+    sim: &RigLog,
+    logs: &[Named<'_, RigLog>],
+    rover: &Rover,
+    registry: &Registry,
+    settings: &Settings,
+    same_soil: bool,
+) -> Result<(Diagnosis, rig::RigPredictor), GapError> {
+    let logs = Logs::new(logs, settings.soil)?;
+    rig_logs(&logs, Some((sim, same_soil)), rover, registry, settings)
 }
 
 /// Diagnoses a drive log against an outside simulator, whose log of the same manoeuvres is fitted first.
@@ -82,27 +117,94 @@ pub fn diagnose_drive_against(
     settings: &Settings,
     same_soil: bool,
 ) -> Result<Diagnosis, GapError> {
-    if sim.wheel_torque.is_none() || log.wheel_torque.is_none() {
+    let sim = Some((sim, same_soil));
+    drive_logs(&Logs::one(log), sim, rover, registry, settings)
+}
+
+/// The same of several real logs.
+///
+/// # Errors
+/// As [`diagnose_drive_against`] and [`diagnose_drives`].
+pub fn diagnose_drives_against(
+    sim: &DriveLog,
+    logs: &[Named<'_, DriveLog>],
+    rover: &Rover,
+    registry: &Registry,
+    settings: &Settings,
+    same_soil: bool,
+) -> Result<Diagnosis, GapError> {
+    let logs = Logs::new(logs, settings.soil)?;
+    drive_logs(&logs, Some((sim, same_soil)), rover, registry, settings)
+}
+
+fn rig_logs(
+    logs: &Logs<'_, RigLog>,
+    sim: Option<(&RigLog, bool)>,
+    rover: &Rover,
+    registry: &Registry,
+    settings: &Settings,
+) -> Result<(Diagnosis, rig::RigPredictor), GapError> {
+    let kind = LogKind::Rig;
+    let (data, predictor) = rig::from_logs(logs, rover)?;
+    let (setup, baseline) = match sim {
+        None => (setup(registry, rover, kind, logs.labels())?, None),
+        Some((sim, same_soil)) => {
+            let (data, predictor) = rig::from_log(sim, rover)?;
+            let labels = logs.labels();
+            let (setup, baseline) =
+                against(data, &predictor, registry, rover, kind, same_soil, labels)?;
+            (setup, Some(baseline))
+        }
+    };
+    let mut diagnosis = diagnose(data, &predictor, &setup, settings)?;
+    diagnosis.baseline = baseline;
+    diagnosis.logs = logs.joined();
+    Ok((diagnosis, predictor))
+}
+
+fn drive_logs(
+    logs: &Logs<'_, DriveLog>,
+    sim: Option<(&DriveLog, bool)>,
+    rover: &Rover,
+    registry: &Registry,
+    settings: &Settings,
+) -> Result<Diagnosis, GapError> {
+    let kind = LogKind::Drive;
+    let forces = logs.iter().any(|(_, log)| log.wheel_torque.is_some());
+    if sim.is_some_and(|(sim, _)| !forces || sim.wheel_torque.is_none()) {
         return Err(GapError::Mismatch(
             "a simulator can be compared only where both logs hold torques".to_owned(),
         ));
     }
-    let (sim_data, sim_predictor) = drive::from_log(sim, rover)?;
-    let (data, predictor) = drive::from_log(log, rover)?;
-    let kind = LogKind::Drive;
-    let (setup, baseline) = against(sim_data, &sim_predictor, registry, rover, kind, same_soil)?;
+    if !forces {
+        return diagnose_logs(logs, rover, registry, settings);
+    }
+    let (data, predictor) = drive::from_logs(logs, rover)?;
+    let (setup, baseline) = match sim {
+        None => (setup(registry, rover, kind, logs.labels())?, None),
+        Some((sim, same_soil)) => {
+            let (data, predictor) = drive::from_log(sim, rover)?;
+            let labels = logs.labels();
+            let (setup, baseline) =
+                against(data, &predictor, registry, rover, kind, same_soil, labels)?;
+            (setup, Some(baseline))
+        }
+    };
     let mut diagnosis = diagnose(data, &predictor, &setup, settings)?;
-    diagnosis.baseline = Some(baseline);
+    diagnosis.baseline = baseline;
+    diagnosis.logs = logs.joined();
     Ok(diagnosis)
 }
 
+/// The nominal simulator and its rivals; `labels` are the logs that have a soil of their own.
 pub(crate) fn setup<'a>(
     registry: &'a Registry,
     rover: &'a Rover,
     kind: LogKind,
+    labels: &[String],
 ) -> Result<Setup<'a>, GapError> {
     let law = registry.law(&rover.terrain.model)?;
-    let soil = Arc::new(soil_of(&law, rover)?);
+    let soil = Arc::new(soil_of(&law, rover, labels)?);
     let structures = registry
         .models()
         .iter()
@@ -110,7 +212,7 @@ pub(crate) fn setup<'a>(
         .filter_map(|m| {
             let other = Law::new(Arc::clone(m), law.effects().to_vec()).ok()?;
             // A structure whose parameters the start does not give cannot compete; it is left out.
-            let soil = soil_of(&other, rover).ok()?;
+            let soil = soil_of(&other, rover, labels).ok()?;
             Some(Rival {
                 name: format!("structure:{}", m.name()),
                 law: other,
@@ -129,6 +231,7 @@ pub(crate) fn setup<'a>(
 }
 
 /// The free soil parameters of a law around the rover file's start.
-fn soil_of(law: &Law, rover: &Rover) -> Result<FitSpace, GapError> {
-    crate::soil::free_soil(law, rover)
+fn soil_of(law: &Law, rover: &Rover, labels: &[String]) -> Result<SoilSpace, GapError> {
+    let each = crate::soil::free_soil(law, rover)?;
+    Ok(SoilSpace::new(each, labels))
 }

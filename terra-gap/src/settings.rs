@@ -1,6 +1,6 @@
 //! What is asked of a diagnosis.
 
-use terra_data::{GapSettings, Rover};
+use terra_data::{GapSettings, Rover, SoilSharing};
 
 use crate::holdout::HoldOut;
 
@@ -28,6 +28,8 @@ pub struct Settings {
     pub calibrate: usize,
     /// Seed of the mock cases.
     pub seed: u64,
+    /// Whether several logs share one soil or have one each.
+    pub soil: SoilSharing,
     /// Window, slip range, priors.
     pub gap: GapSettings,
 }
@@ -41,6 +43,7 @@ impl Settings {
             combine: 2,
             calibrate: 0,
             seed: 0,
+            soil: SoilSharing::Shared,
             gap: rover.gap,
         }
     }

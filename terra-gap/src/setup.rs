@@ -3,11 +3,11 @@
 use std::sync::Arc;
 
 use terra_data::Rover;
-use terra_mme::FitSpace;
 use terra_model::{Law, Registry};
 
 use crate::screen::Score;
 use crate::settings::LogKind;
+use crate::soil_space::SoilSpace;
 
 /// |cosine| from which two signatures cannot be told apart.
 pub const LOOK_ALIKE: f64 = 0.95;
@@ -23,7 +23,7 @@ pub(crate) struct Setup<'a> {
     /// Nominal law.
     pub law: Law,
     /// Its free soil parameters.
-    pub soil: Arc<FitSpace>,
+    pub soil: Arc<SoilSpace>,
     /// Other terrain models, or other soil than a baseline's.
     pub structures: Vec<Rival>,
     /// Kind of log.
@@ -37,7 +37,7 @@ pub(crate) struct Rival {
     /// Law.
     pub law: Law,
     /// Its free soil parameters.
-    pub soil: Arc<FitSpace>,
+    pub soil: Arc<SoilSpace>,
 }
 
 /// One effect as the screen saw it.

@@ -13,7 +13,7 @@ use crate::screen::Tangent;
 use crate::setup::Screened;
 
 /// Effects that stand in one law: as many as one pass carries derivatives.
-const TOGETHER: usize = 8;
+pub(crate) const TOGETHER: usize = 8;
 
 pub(crate) type Asked = Vec<Arc<dyn AnyEffect>>;
 
@@ -77,7 +77,7 @@ pub(crate) fn screen_all<P: Predictor>(
 }
 
 /// Whitened -dr/ds of the first magnitude of each effect; the reason where one cannot stand in the law or has no answer.
-fn columns<P: Predictor>(
+pub(crate) fn columns<P: Predictor>(
     data: &DataSet,
     predictor: &P,
     base: &Hypothesis,

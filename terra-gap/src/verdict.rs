@@ -107,6 +107,9 @@ pub fn to_json(d: &Diagnosis, provenance: &Provenance) -> Value {
         if let Some(reason) = &d.reason {
             map.insert("reason".to_owned(), json!(reason));
         }
+        if let Some(logs) = &d.logs {
+            map.insert("logs".to_owned(), json!(logs));
+        }
         if let Some(baseline) = &d.baseline {
             map.insert("baseline".to_owned(), json!(baseline));
         }
@@ -168,7 +171,7 @@ fn terrain(d: &Diagnosis) -> Value {
             .zip(h.soil.physical_sd(&q, &covariance));
         for (((name, unit), (mean, sd)), moved) in rows.zip(values).zip(&q) {
             parameters.insert(
-                name.to_owned(),
+                name,
                 json!({ "mean": mean, "sd": sd, "unit": unit, "moved_prior_sd": moved }),
             );
         }

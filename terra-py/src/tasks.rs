@@ -145,27 +145,30 @@ pub(crate) fn identify<'py>(
 }
 
 #[pyfunction]
-#[pyo3(signature = (log, rover, effects=None, hold_out=None, combine=2, calibrate=0, seed=1, registry=None))]
+#[pyo3(signature = (logs, rover, effects=None, hold_out=None, combine=2, calibrate=0, seed=1, soil="shared".to_owned(), registry=None))]
 pub(crate) fn gap<'py>(
     py: Python<'py>,
-    log: Given,
+    logs: Vec<Given>,
     rover: Given,
     effects: Option<Vec<String>>,
     hold_out: Option<String>,
     combine: usize,
     calibrate: usize,
     seed: u64,
+    soil: String,
     registry: Option<&Registry>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let (log, rover): (Source, Source) = (log.into(), rover.into());
+    let logs: Vec<Source> = logs.into_iter().map(Source::from).collect();
+    let rover: Source = rover.into();
     let options = GapOptions {
         effects,
         hold_out,
         combine,
         calibrate,
         seed,
+        soil,
     };
     let (registry, trouble) = Registry::of(registry);
-    let done = interrupt::run(py, move || tasks::gap(&log, &rover, &registry, &options))?;
+    let done = interrupt::run(py, move || tasks::gap(&logs, &rover, &registry, &options))?;
     to_python(py, &trouble.settle(py, done.map_err(raise))?)
 }

@@ -107,6 +107,18 @@ def test_gap(command, logs, examples, tmp_path):
     assert found["schema"] == "terra-gap/1"
 
 
+def test_gap_of_several_logs(command, logs, examples, tmp_path):
+    """Two logs by name, in memory under names of their own, each with its own soil."""
+    out, rover, second = tmp_path / "verdict.json", examples / "rig/rig.toml", tmp_path / "second.csv"
+    second.write_bytes((logs / "rig.csv").read_bytes())
+    options = ["--effects", "slip-sinkage", "--combine", "1", "--soil", "own"]
+    command("gap", logs / "rig.csv", second, "--rover", rover, "--json", out, *options)
+    asked = {"effects": ["slip-sinkage"], "combine": 1, "soil": "own"}
+    found = terra.gap([logs / "rig.csv", second], rover, **asked)
+    assert found == json.loads(out.read_text())
+    assert found["logs"] == {"names": ["rig.csv", "second.csv"], "soil": "own"}
+
+
 def test_inspect(command, logs, examples, tmp_path):
     out = tmp_path / "inspect.json"
     for log, rover in [("drive.csv", None), ("rig.csv", examples / "rig/rig.toml")]:

@@ -12,6 +12,7 @@ mod corpus;
 mod demo;
 mod drive;
 mod export;
+mod gap;
 mod identifiability;
 mod init;
 mod inspect;

@@ -6,7 +6,9 @@ mod contrast;
 mod measured;
 mod properties;
 mod rig;
+mod several;
 mod vehicle;
+mod watch;
 
 use terra::data::{Rover, parse_rover};
 use terra::gap::Diagnosis;

@@ -53,11 +53,11 @@ pub(crate) fn closing(
     let effects = &after.effects;
     let truth = match (&log, &clean) {
         (AnyLog::Drive(log), AnyLog::Drive(clean)) => {
-            complete(&mut rover, &Log::Drive(log), &registry, &terrains)?;
+            complete(&mut rover, &[Log::Drive(log)], &registry, &terrains)?;
             closing_drive(log, clean, &rover, &registry, effects, by)?
         }
         (AnyLog::Rig(log), AnyLog::Rig(clean)) => {
-            complete(&mut rover, &Log::Rig(log), &registry, &terrains)?;
+            complete(&mut rover, &[Log::Rig(log)], &registry, &terrains)?;
             closing_rig(log, clean, &rover, &registry, effects, by)?
         }
         _ => None,

@@ -9,7 +9,7 @@ use serde_json::Value;
 use terra_data::{LogKind, Rover};
 use terra_gap::{Settings, to_json};
 
-use super::gap;
+use super::gap_case;
 use crate::challenge::read_json;
 use crate::error::CliError;
 use crate::input::sha256;
@@ -61,7 +61,7 @@ pub(crate) fn diagnose_all(
                     ..Settings::of(rover)
                 })
             };
-            let verdict = gap::diagnose_file(log, None, &rover, &settings).and_then(|v| {
+            let verdict = gap_case::diagnose_files(&[log], None, &rover, &settings).and_then(|v| {
                 output::json(Some(path), &to_json(&v.diagnosis, &v.provenance))?;
                 Ok(v.diagnosis.verdict.to_string())
             });

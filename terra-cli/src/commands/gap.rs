@@ -2,182 +2,24 @@
 
 use std::path::Path;
 
-use terra_data::{LogKind, Rover, hypothesis_terrains};
-use terra_gap::{
-    Diagnosis, HoldOut, Provenance, Settings, diagnose_drive, diagnose_drive_against, diagnose_rig,
-    diagnose_rig_against, to_json,
-};
-use terra_model::Registry;
+use terra_data::{LogKind, Rover, SoilSharing};
+use terra_gap::{Diagnosis, HoldOut, Settings, to_json};
 
-use crate::args::{GapArgs, HoldOutArg};
+use super::gap_case::{Against, Verdict, diagnose_files};
+use super::gap_watch;
+use crate::args::{GapArgs, HoldOutArg, SoilArg};
 use crate::error::CliError;
-use crate::input::{LogFile, rover};
 use crate::output::{self, short};
 use crate::progress::Spinner;
-use crate::report::{self, GapCurves};
-use crate::start::{Log, Prior, complete};
-
-/// The verdict of a log that excites too little to say anything.
-const UNIDENTIFIABLE: &str = "unidentifiable";
-
-/// A log diagnosed.
-pub(crate) struct Verdict {
-    pub(crate) diagnosis: Diagnosis,
-    pub(crate) provenance: Provenance,
-    /// Where the prior soil comes from, when the rover file does not say.
-    said: String,
-    curves: Option<GapCurves>,
-}
-
-/// The log of an outside simulator.
-#[derive(Clone, Copy)]
-pub(crate) struct Against<'a> {
-    pub(crate) sim: &'a Path,
-    pub(crate) same_soil: bool,
-}
-
-/// A log and its rover file, wherever they come from.
-pub(crate) struct Case<'a> {
-    pub(crate) log: &'a LogFile<'a>,
-    pub(crate) log_name: &'a Path,
-    /// With its fingerprint.
-    pub(crate) rover: (Rover, String),
-    pub(crate) rover_name: &'a Path,
-    /// Where the rover file's own references start.
-    pub(crate) folder: &'a Path,
-    pub(crate) registry: &'a Registry,
-    /// An outside simulator's log of the same.
-    pub(crate) against: Option<Against<'a>>,
-}
-
-/// Diagnoses one log file as the command does, alone or against an outside simulator's.
-pub(crate) fn diagnose_file(
-    log: &Path,
-    against: Option<Against<'_>>,
-    rover_path: &Path,
-    settings: &dyn Fn(&Rover, LogKind) -> Result<Settings, CliError>,
-) -> Result<Verdict, CliError> {
-    let rover = rover(rover_path)?;
-    let case = Case {
-        log: &LogFile::open(log)?,
-        log_name: log,
-        rover,
-        rover_name: rover_path,
-        folder: rover_path.parent().unwrap_or(Path::new("")),
-        registry: &Registry::builtin(),
-        against,
-    };
-    diagnose(case, settings)
-}
-
-/// Diagnoses one log.
-pub(crate) fn diagnose(
-    case: Case<'_>,
-    settings: &dyn Fn(&Rover, LogKind) -> Result<Settings, CliError>,
-) -> Result<Verdict, CliError> {
-    let (mut rover, rover_sha256) = case.rover;
-    let (file, registry) = (case.log, case.registry);
-    let terrains = hypothesis_terrains(&rover.terrain, case.folder)?;
-    let kind = file.kind(&rover)?;
-    let settings = settings(&rover, kind)?;
-    let in_files = |e: CliError| e.in_files(case.log_name, case.rover_name);
-    let sim = case.against.map(|a| LogFile::open(a.sim)).transpose()?;
-    if let Some(sim) = &sim
-        && sim.kind(&rover)? != kind
-    {
-        return Err(CliError::usage(
-            "one log is of a vehicle and the other of a rig",
-            "give the simulator's log of the same manoeuvres or trials",
-        ));
-    }
-    let same_soil = case.against.is_some_and(|a| a.same_soil);
-    let (prior, mut diagnosis, curves) = match kind {
-        LogKind::Rig => {
-            let log = file.rig(&rover)?;
-            let prior =
-                complete(&mut rover, &Log::Rig(&log), registry, &terrains).map_err(in_files)?;
-            let (d, predictor) = match &sim {
-                Some(sim) => diagnose_rig_against(
-                    &sim.rig(&rover)?,
-                    &log,
-                    &rover,
-                    registry,
-                    &settings,
-                    same_soil,
-                ),
-                None => diagnose_rig(&log, &rover, registry, &settings),
-            }
-            .map_err(|e| in_files(e.into()))?;
-            let curves = GapCurves::of_rig(&d, &predictor);
-            (prior, d, Some(curves))
-        }
-        LogKind::Drive => {
-            let log = file.drive(&rover)?;
-            // A log without torques tells of motion alone: no soil is asked, none is needed.
-            let prior = if log.wheel_torque.is_none() {
-                Prior::Given
-            } else {
-                complete(&mut rover, &Log::Drive(&log), registry, &terrains).map_err(in_files)?
-            };
-            let d = match &sim {
-                Some(sim) => diagnose_drive_against(
-                    &sim.drive(&rover)?,
-                    &log,
-                    &rover,
-                    registry,
-                    &settings,
-                    same_soil,
-                ),
-                None => diagnose_drive(&log, &rover, registry, &settings),
-            }
-            .map_err(|e| in_files(e.into()))?;
-            (prior, d, None)
-        }
-    };
-    let mut said = String::new();
-    match prior {
-        Prior::Given => {}
-        Prior::Identified(id) => {
-            said = format!(
-                "prior soil: {id}, the winner of {} on this log\n",
-                rover.terrain.hypotheses
-            );
-        }
-        // A stand-in soil may only lead to the answer that it does not matter for.
-        Prior::Unknown { why } if diagnosis.verdict == UNIDENTIFIABLE => {
-            let reason = diagnosis
-                .reason
-                .take()
-                .map(|r| format!("{r}; "))
-                .unwrap_or_default();
-            diagnosis.reason = Some(format!("{reason}no soil to start from: {why}"));
-        }
-        Prior::Unknown { why } => {
-            return Err(in_files(CliError::data(
-                format!("no soil to start from: {why}"),
-                "name one: start = \"dry_sand\" in [terrain]; `terra terrains` lists them",
-            )));
-        }
-    }
-    let provenance = Provenance {
-        log_sha256: file.sha256(),
-        rover_sha256,
-        seed: if settings.calibrate > 0 {
-            settings.seed
-        } else {
-            0
-        },
-    };
-    Ok(Verdict {
-        diagnosis,
-        provenance,
-        said,
-        curves,
-    })
-}
+use crate::report;
 
 pub(crate) fn run(args: &GapArgs, quiet: bool) -> Result<(), CliError> {
-    let mut inputs: Vec<&Path> = vec![&args.log, &args.rover];
+    if args.watch {
+        return gap_watch::run(args, quiet);
+    }
+    let logs: Vec<&Path> = args.logs.iter().map(AsRef::as_ref).collect();
+    let mut inputs = logs.clone();
+    inputs.push(&args.rover);
     inputs.extend(args.sim.as_deref());
     output::claim(&[args.json.as_deref(), args.html.as_deref()], &inputs)?;
     let settings = |rover: &Rover, kind: LogKind| -> Result<Settings, CliError> {
@@ -185,15 +27,12 @@ pub(crate) fn run(args: &GapArgs, quiet: bool) -> Result<(), CliError> {
         settings.combine = args.combine.into();
         settings.calibrate = args.calibrate as usize;
         settings.seed = args.seed;
-        if args.effects != "all" {
-            settings.effects = Some(
-                args.effects
-                    .split(',')
-                    .map(|s| s.trim().to_owned())
-                    .collect(),
-            );
-        }
+        settings.effects = args.effects();
         settings.hold_out = hold_out(args.hold_out, kind)?;
+        settings.soil = match args.soil {
+            SoilArg::Shared => SoilSharing::Shared,
+            SoilArg::Own => SoilSharing::Own,
+        };
         Ok(settings)
     };
     let spinner = Spinner::start(quiet, "diagnosing");
@@ -201,7 +40,7 @@ pub(crate) fn run(args: &GapArgs, quiet: bool) -> Result<(), CliError> {
         sim,
         same_soil: args.same_bed,
     });
-    let verdict = diagnose_file(&args.log, against, &args.rover, &settings)?;
+    let verdict = diagnose_files(&logs, against, &args.rover, &settings)?;
     drop(spinner);
     let Verdict {
         diagnosis,
@@ -215,7 +54,7 @@ pub(crate) fn run(args: &GapArgs, quiet: bool) -> Result<(), CliError> {
     if let Some(path) = &args.html {
         let page = report::Page {
             title: "Where the simulator differs from reality".to_owned(),
-            subtitle: args.log.display().to_string(),
+            subtitle: subtitle(&logs),
             sections: vec![report::gap_section(&diagnosis, curves.as_ref())],
             provenance: vec![
                 ("terra".to_owned(), env!("CARGO_PKG_VERSION").to_owned()),
@@ -226,6 +65,11 @@ pub(crate) fn run(args: &GapArgs, quiet: bool) -> Result<(), CliError> {
         output::text(Some(path), &page.render()?)?;
     }
     output::stdout(&format!("{said}{}", summary(&diagnosis)))
+}
+
+fn subtitle(logs: &[&Path]) -> String {
+    let names: Vec<String> = logs.iter().map(|l| l.display().to_string()).collect();
+    names.join(", ")
 }
 
 pub(crate) fn hold_out(
@@ -262,6 +106,14 @@ pub(crate) fn summary(d: &Diagnosis) -> String {
     out.push('\n');
     if let Some(reason) = &d.reason {
         out.push_str(&format!("  because: {reason}\n"));
+    }
+    if let Some(logs) = &d.logs {
+        let soil = match logs.soil {
+            SoilSharing::Shared => "one soil for all",
+            SoilSharing::Own => "a soil of its own for each",
+        };
+        let names = logs.names.join(", ");
+        out.push_str(&format!("logs: {names}; {soil}\n"));
     }
     if let (Some(a), Some(b)) = (d.waterfall.as_given, d.waterfall.refitted) {
         out.push_str(&format!(

@@ -11,6 +11,8 @@ mod demo;
 pub(crate) mod estimate;
 mod export;
 pub(crate) mod gap;
+pub(crate) mod gap_case;
+mod gap_watch;
 mod identifiability;
 pub(crate) mod identify;
 pub(crate) mod import;

@@ -122,7 +122,7 @@ impl Shared<'_> {
                     AnyLog::Drive(log) => Log::Drive(log),
                     AnyLog::Rig(log) => Log::Rig(log),
                 };
-                complete(&mut rover, &of, &self.registry, &self.terrains)?;
+                complete(&mut rover, &[of], &self.registry, &self.terrains)?;
                 let diagnosis = match log {
                     AnyLog::Drive(log) => diagnose_drive(log, &rover, &self.registry, &settings)?,
                     AnyLog::Rig(log) => diagnose_rig(log, &rover, &self.registry, &settings)?.0,

@@ -6,6 +6,7 @@ use super::effects::{DRAG, SKID};
 use crate::dataset::{DataSet, Design, Predictor};
 use crate::drive::{GRAVITY, lift};
 use crate::error::GapError;
+use crate::logs::of_log;
 use crate::sensor;
 
 /// Values of a window: v, r, v_y.
@@ -30,6 +31,8 @@ pub(crate) struct Window {
     pub(crate) measured: Vec<usize>,
     pub(crate) path: f64,
     pub(crate) time: f64,
+    /// Number of its log.
+    pub(crate) log: usize,
 }
 
 /// Predicts ground speed, yaw rate and lateral speed of windows from their wheel speeds.
@@ -37,6 +40,8 @@ pub(crate) struct Window {
 pub struct KinematicPredictor {
     pub(crate) vehicle: Vehicle<f64>,
     pub(crate) windows: Vec<Window>,
+    /// How many logs have a ground of their own.
+    pub(crate) soils: usize,
 }
 
 /// Speed of each side and the yaw rate they make.
@@ -107,6 +112,7 @@ impl Predictor for KinematicPredictor {
         raw: &[T],
     ) -> Result<Vec<T>, GapError> {
         let window = &self.windows[index];
+        let p = &*of_log(law, p, self.soils, window.log);
         let [speed, yaw, lateral] = self.motion(law, p, window, &raw[WHEEL..WHEEL_RATE]);
         let [rate, ..] = self.motion(law, p, window, &raw[WHEEL_RATE..RAW]);
         let predicted = [

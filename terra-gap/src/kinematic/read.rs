@@ -12,16 +12,17 @@ use super::scatter::{Place, pairs, scatter};
 use crate::dataset::{ChannelInfo, DataSet, Factors, Observation};
 use crate::drive::{Line, SPEED_GATE, line};
 use crate::error::GapError;
+use crate::logs::Logs;
 
 /// How the reason of a standing window begins.
 pub(crate) const STANDSTILL: &str = "standstill";
 
-/// Turns a drive log into windows and their predictor.
+/// Turns drive logs into windows and their predictor.
 ///
 /// # Errors
 /// A rover file without vehicle, or without the noise of a used channel.
-pub(crate) fn from_log(
-    log: &DriveLog,
+pub(crate) fn from_logs(
+    logs: &Logs<'_, DriveLog>,
     rover: &Rover,
 ) -> Result<(DataSet, KinematicPredictor), GapError> {
     let vehicle = rover.nominal_vehicle().ok_or_else(|| {
@@ -34,105 +35,115 @@ pub(crate) fn from_log(
         })
     };
     let wheel_sd = noise("wheel_speed_rad_s")?;
-    let mut sources: Vec<(usize, &Series, f64)> = vec![];
-    for (k, name, series) in [
-        (SPEED, "ground_speed_m_s", &log.ground_speed),
-        (YAW_RATE, "yaw_rate_rad_s", &log.yaw_rate),
-        (LATERAL, "lateral_speed_m_s", &log.lateral_speed),
-    ] {
-        if let Some(series) = series {
-            sources.push((k, series, noise(name)?));
-        }
-    }
     let mut dropped: BTreeMap<String, usize> = BTreeMap::new();
     let mut windows: Vec<Window> = vec![];
     let mut observations: Vec<Observation> = vec![];
     let mut places: Vec<Place> = vec![];
-    let mut path = 0.0;
-    for (group, segment) in log.segments.iter().enumerate() {
-        let mut start = segment.rows.start;
-        while start < segment.rows.end {
-            let t0 = log.time[start];
-            let mut end = start;
-            while end < segment.rows.end && log.time[end] < t0 + rover.gap.window - 1e-9 {
-                end += 1;
+    let mut group = 0;
+    for (number, (prefix, log)) in logs.iter().enumerate() {
+        let mut path = 0.0;
+        let mut sources: Vec<(usize, &Series, f64)> = vec![];
+        for (k, name, series) in [
+            (SPEED, "ground_speed_m_s", &log.ground_speed),
+            (YAW_RATE, "yaw_rate_rad_s", &log.yaw_rate),
+            (LATERAL, "lateral_speed_m_s", &log.lateral_speed),
+        ] {
+            if let Some(series) = series {
+                sources.push((k, series, noise(name)?));
             }
-            let rows = start..end;
-            start = end;
-            let mut drop = |reason: &str| *dropped.entry(reason.to_owned()).or_default() += 1;
-            let wheels: Vec<Line> = log
-                .wheel_speed
-                .iter()
-                .filter_map(|w| line(&log.time, w, rows.clone(), wheel_sd))
-                .collect();
-            if wheels.len() < 4 {
-                drop("window without all wheel speeds");
-                continue;
-            }
-            let (mut raw, mut sd) = ([0.0; RAW], [0.0; RAW]);
-            for (q, w) in wheels.iter().enumerate() {
-                (raw[WHEEL + q], sd[WHEEL + q]) = (w.mean, w.mean_sd);
-                (raw[WHEEL_RATE + q], sd[WHEEL_RATE + q]) = (w.slope, w.slope_sd);
-            }
-            let rims: [f64; 4] = std::array::from_fn(|q| raw[WHEEL + q] * vehicle.wheel_radius);
-            let sides = [0.5 * (rims[0] + rims[2]), 0.5 * (rims[1] + rims[3])];
-            path += 0.5 * (sides[0] + sides[1]).abs() * rover.gap.window;
-            if rims.iter().all(|rim| rim.abs() < SPEED_GATE) {
-                drop("standstill: all wheels below 0.12 m/s");
-                continue;
-            }
-            let mut measured = vec![];
-            for (k, series, channel_sd) in &sources {
-                if let Some(l) = line(&log.time, series, rows.clone(), *channel_sd) {
-                    (raw[*k], sd[*k]) = (l.mean, l.mean_sd);
-                    measured.push(*k);
+        }
+        for segment in &log.segments {
+            let mut start = segment.rows.start;
+            while start < segment.rows.end {
+                let t0 = log.time[start];
+                let mut end = start;
+                while end < segment.rows.end && log.time[end] < t0 + rover.gap.window - 1e-9 {
+                    end += 1;
                 }
+                let rows = start..end;
+                start = end;
+                let mut drop = |reason: &str| *dropped.entry(reason.to_owned()).or_default() += 1;
+                let wheels: Vec<Line> = log
+                    .wheel_speed
+                    .iter()
+                    .filter_map(|w| line(&log.time, w, rows.clone(), wheel_sd))
+                    .collect();
+                if wheels.len() < 4 {
+                    drop("window without all wheel speeds");
+                    continue;
+                }
+                let (mut raw, mut sd) = ([0.0; RAW], [0.0; RAW]);
+                for (q, w) in wheels.iter().enumerate() {
+                    (raw[WHEEL + q], sd[WHEEL + q]) = (w.mean, w.mean_sd);
+                    (raw[WHEEL_RATE + q], sd[WHEEL_RATE + q]) = (w.slope, w.slope_sd);
+                }
+                let rims: [f64; 4] = std::array::from_fn(|q| raw[WHEEL + q] * vehicle.wheel_radius);
+                let sides = [0.5 * (rims[0] + rims[2]), 0.5 * (rims[1] + rims[3])];
+                path += 0.5 * (sides[0] + sides[1]).abs() * rover.gap.window;
+                if rims.iter().all(|rim| rim.abs() < SPEED_GATE) {
+                    drop("standstill: all wheels below 0.12 m/s");
+                    continue;
+                }
+                let mut measured = vec![];
+                for (k, series, channel_sd) in &sources {
+                    if let Some(l) = line(&log.time, series, rows.clone(), *channel_sd) {
+                        (raw[*k], sd[*k]) = (l.mean, l.mean_sd);
+                        measured.push(*k);
+                    }
+                }
+                if measured.is_empty() {
+                    drop("window without ground speed and yaw rate");
+                    continue;
+                }
+                let middle = rows.start + rows.len() / 2;
+                let mean = |s: &Option<Series>| s.as_ref().and_then(|s| s.get(middle));
+                let ideal = (sides[1] - sides[0]) / vehicle.track;
+                let yaw = if measured.contains(&YAW_RATE) {
+                    raw[YAW_RATE]
+                } else {
+                    ideal
+                };
+                let slip = (0..4)
+                    .map(|q| {
+                        let arm = if q % 2 == 0 { -0.5 } else { 0.5 } * vehicle.track;
+                        library_slip(rims[q], raw[SPEED] + yaw * arm)
+                    })
+                    .filter(|s| s.is_finite())
+                    .sum::<f64>()
+                    / 4.0;
+                let window = Window {
+                    raw,
+                    measured: measured.clone(),
+                    path: mean(&log.distance).unwrap_or(path),
+                    time: log.time[middle],
+                    log: number,
+                };
+                observations.push(Observation {
+                    index: windows.len(),
+                    group: format!("{prefix}{}", segment.name),
+                    condition: String::new(),
+                    place: format!("{prefix}t = {:.2} s", log.time[middle]),
+                    channels: measured.clone(),
+                    values: measured.iter().map(|&k| raw[k]).collect(),
+                    raw_sd: sd.to_vec(),
+                    factors: Factors::from([
+                        ("slip", slip),
+                        ("speed", 0.5 * (sides[0] + sides[1])),
+                        ("path", window.path),
+                        ("time", window.time),
+                        ("yaw_rate", ideal),
+                        ("measured_yaw_rate", yaw),
+                    ]),
+                });
+                windows.push(window);
+                let ground = if logs.soils() > 1 { number } else { 0 };
+                places.push(Place {
+                    sides,
+                    group,
+                    ground,
+                });
             }
-            if measured.is_empty() {
-                drop("window without ground speed and yaw rate");
-                continue;
-            }
-            let middle = rows.start + rows.len() / 2;
-            let mean = |s: &Option<Series>| s.as_ref().and_then(|s| s.get(middle));
-            let ideal = (sides[1] - sides[0]) / vehicle.track;
-            let yaw = if measured.contains(&YAW_RATE) {
-                raw[YAW_RATE]
-            } else {
-                ideal
-            };
-            let slip = (0..4)
-                .map(|q| {
-                    let arm = if q % 2 == 0 { -0.5 } else { 0.5 } * vehicle.track;
-                    library_slip(rims[q], raw[SPEED] + yaw * arm)
-                })
-                .filter(|s| s.is_finite())
-                .sum::<f64>()
-                / 4.0;
-            let window = Window {
-                raw,
-                measured: measured.clone(),
-                path: mean(&log.distance).unwrap_or(path),
-                time: log.time[middle],
-            };
-            observations.push(Observation {
-                index: windows.len(),
-                group: segment.name.clone(),
-                condition: String::new(),
-                place: format!("t = {:.2} s", log.time[middle]),
-                channels: measured.clone(),
-                values: measured.iter().map(|&k| raw[k]).collect(),
-                raw_sd: sd.to_vec(),
-                factors: Factors::from([
-                    ("slip", slip),
-                    ("speed", 0.5 * (sides[0] + sides[1])),
-                    ("path", window.path),
-                    ("time", window.time),
-                    ("yaw_rate", ideal),
-                    ("measured_yaw_rate", yaw),
-                ]),
-            });
-            windows.push(window);
-            places.push(Place { sides, group });
+            group += 1;
         }
     }
     let mut data = DataSet {
@@ -146,7 +157,15 @@ pub(crate) fn from_log(
         short_scatter: vec![],
     };
     add_scatter(&mut data, &windows, &places);
-    Ok((data, KinematicPredictor { vehicle, windows }))
+    let soils = logs.soils();
+    Ok((
+        data,
+        KinematicPredictor {
+            vehicle,
+            windows,
+            soils,
+        },
+    ))
 }
 
 /// The channels, with the motion that typical wheel speeds would ideally give as their scale.

@@ -14,6 +14,8 @@ pub(crate) struct Place {
     pub(crate) sides: [f64; 2],
     /// Number of its segment.
     pub(crate) group: usize,
+    /// Number of its ground.
+    pub(crate) ground: usize,
 }
 
 /// Pairs farther apart than this share of the typical side speed do not count as repeats.
@@ -40,7 +42,7 @@ pub(crate) fn pairs(places: &[Place]) -> Vec<(usize, usize)> {
     for (k, &i) in chosen.iter().enumerate() {
         for &j in &chosen[k + 1..] {
             let (a, b) = (&places[i], &places[j]);
-            if a.group == b.group && j - i < APART {
+            if (a.group == b.group && j - i < APART) || a.ground != b.ground {
                 continue;
             }
             let d = (a.sides[0] - b.sides[0]).hypot(a.sides[1] - b.sides[1]);
@@ -86,6 +88,7 @@ mod tests {
             .map(|i| Place {
                 sides: [(i % 10) as f64, 0.5 * (i % 10) as f64],
                 group: i / 10,
+                ground: 0,
             })
             .collect();
         let found = pairs(&places);
@@ -103,6 +106,7 @@ mod tests {
         let same = |group| Place {
             sides: [1.0, 1.0],
             group,
+            ground: 0,
         };
         assert!(pairs(&[same(0), same(0), same(0)]).is_empty());
         assert_eq!(pairs(&[same(0), same(0), same(1)]).len(), 1);

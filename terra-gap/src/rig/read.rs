@@ -7,22 +7,42 @@ use terra_data::{RigLog, RigRow, Rover};
 use super::{Output, RigPredictor, Row};
 use crate::dataset::{ChannelInfo, DataSet, Factors, Observation};
 use crate::error::GapError;
+use crate::logs::Logs;
+
+/// A row of one of several logs.
+#[derive(Clone, Copy)]
+struct Given<'a> {
+    row: &'a RigRow,
+    log: usize,
+    prefix: &'a str,
+}
 
 /// Turns a rig log into a data set and its predictor.
-///
-/// `hold_out` names the factor that groups rows: `trial`, `condition`, or `slip` (five ranges).
 ///
 /// # Errors
 /// [`GapError::NoiseMissing`] for a used channel without any noise level.
 pub(crate) fn from_log(log: &RigLog, rover: &Rover) -> Result<(DataSet, RigPredictor), GapError> {
+    from_logs(&Logs::one(log), rover)
+}
+
+/// The same of several, their trials prefixed by the log's name.
+///
+/// # Errors
+/// As there.
+pub(crate) fn from_logs(
+    logs: &Logs<'_, RigLog>,
+    rover: &Rover,
+) -> Result<(DataSet, RigPredictor), GapError> {
     let mut dropped: BTreeMap<String, usize> = BTreeMap::new();
-    for (_, reason) in &log.dropped {
+    for (_, reason) in logs.iter().flat_map(|(_, log)| &log.dropped) {
         *dropped.entry(reason.clone()).or_default() += 1;
     }
-    let used: Vec<&RigRow> = log
-        .rows
-        .iter()
-        .filter(|row| {
+    let given = logs.iter().enumerate().flat_map(|(log, (prefix, l))| {
+        let row = move |row| Given { row, log, prefix };
+        l.rows.iter().map(row)
+    });
+    let used: Vec<Given<'_>> = given
+        .filter(|Given { row, .. }| {
             let (low, high) = rover.gap.slip_range;
             let reason = if !(low..=high).contains(&row.slip.value) {
                 Some("slip outside [gap] slip_range")
@@ -42,9 +62,9 @@ pub(crate) fn from_log(log: &RigLog, rover: &Rover) -> Result<(DataSet, RigPredi
 
     let outputs: Vec<Output> = Output::ALL
         .into_iter()
-        .filter(|o| used.iter().any(|row| o.of(row).is_some()))
+        .filter(|o| used.iter().any(|g| o.of(g.row).is_some()))
         .collect();
-    let load = median(used.iter().map(|r| r.normal_load.value));
+    let load = median(used.iter().map(|g| g.row.normal_load.value));
     let channels: Vec<ChannelInfo> = outputs
         .iter()
         .map(|o| ChannelInfo {
@@ -54,7 +74,11 @@ pub(crate) fn from_log(log: &RigLog, rover: &Rover) -> Result<(DataSet, RigPredi
                 Output::DrawbarPull => load,
                 Output::Torque => load * rover.wheel.radius,
                 Output::Sinkage => {
-                    2.0 * median(used.iter().filter_map(|r| r.sinkage).map(|m| m.value.abs()))
+                    2.0 * median(
+                        used.iter()
+                            .filter_map(|g| g.row.sinkage)
+                            .map(|m| m.value.abs()),
+                    )
                 }
             },
         })
@@ -66,7 +90,7 @@ pub(crate) fn from_log(log: &RigLog, rover: &Rover) -> Result<(DataSet, RigPredi
      -> Result<f64, GapError> {
         row_sd
             .or_else(|| rover.noise.get(name))
-            .or_else(|| repeat_scatter(&used, of))
+            .or_else(|| repeat_scatter(&used, logs.soils() > 1, of))
             .ok_or_else(|| GapError::NoiseMissing {
                 channel: name.to_owned(),
                 sd_column: sd_column(name),
@@ -75,7 +99,7 @@ pub(crate) fn from_log(log: &RigLog, rover: &Rover) -> Result<(DataSet, RigPredi
 
     let mut rows = Vec::with_capacity(used.len());
     let mut observations = Vec::with_capacity(used.len());
-    for row in &used {
+    for &Given { row, log, prefix } in &used {
         let mut r = Row {
             outputs: vec![],
             values: vec![],
@@ -85,6 +109,7 @@ pub(crate) fn from_log(log: &RigLog, rover: &Rover) -> Result<(DataSet, RigPredi
             earlier_passes: f64::from(row.pass.max(1)) - 1.0,
             speed: row.travel_speed.unwrap_or(0.0),
             wheel_speed: row.wheel_speed.unwrap_or(0.0),
+            log,
         };
         let mut raw_sd = vec![];
         let mut present = vec![];
@@ -121,9 +146,9 @@ pub(crate) fn from_log(log: &RigLog, rover: &Rover) -> Result<(DataSet, RigPredi
         }
         observations.push(Observation {
             index: rows.len(),
-            group: row.trial.clone(),
+            group: format!("{prefix}{}", row.trial),
             condition: row.condition.clone(),
-            place: format!("line {}", row.line),
+            place: format!("{prefix}line {}", row.line),
             channels: present,
             values: r.values.clone(),
             raw_sd,
@@ -131,7 +156,12 @@ pub(crate) fn from_log(log: &RigLog, rover: &Rover) -> Result<(DataSet, RigPredi
         });
         rows.push(r);
     }
-    let mut notes = log.warnings.clone();
+    let mut notes = vec![];
+    for (prefix, log) in logs.iter() {
+        let name = prefix.strip_suffix('/').map(|n| format!("{n}: "));
+        let name = name.unwrap_or_default();
+        notes.extend(log.warnings.iter().map(|w| format!("{name}{w}")));
+    }
     let braking = rows.iter().filter(|r| r.slip < 0.0).count();
     if braking > 0 {
         notes.push(format!(
@@ -146,7 +176,10 @@ pub(crate) fn from_log(log: &RigLog, rover: &Rover) -> Result<(DataSet, RigPredi
             notes,
             short_scatter: vec![],
         },
-        RigPredictor { rows },
+        RigPredictor {
+            rows,
+            soils: logs.soils(),
+        },
     ))
 }
 
@@ -188,8 +221,13 @@ fn speed_noise(row: &RigRow, rover: &Rover) -> Result<f64, GapError> {
     Ok(ratio * ((travel / v).powi(2) + (rim_noise / rim.abs().max(1e-9)).powi(2)).sqrt())
 }
 
-/// Standard deviation of repeats: rows of equal condition and pass whose slip and load agree within 2 %.
-fn repeat_scatter(rows: &[&RigRow], of: &dyn Fn(&RigRow) -> Option<f64>) -> Option<f64> {
+/// Standard deviation of repeats: rows of equal condition and pass whose slip and load agree within 2 %. On another soil
+/// (`own`) a row repeats nothing.
+fn repeat_scatter(
+    rows: &[Given<'_>],
+    own: bool,
+    of: &dyn Fn(&RigRow) -> Option<f64>,
+) -> Option<f64> {
     let (mut sum, mut dof) = (0.0, 0usize);
     let mut used = vec![false; rows.len()];
     for i in 0..rows.len() {
@@ -198,14 +236,15 @@ fn repeat_scatter(rows: &[&RigRow], of: &dyn Fn(&RigRow) -> Option<f64>) -> Opti
         }
         let alike: Vec<usize> = (i..rows.len())
             .filter(|&j| {
-                let (a, b) = (rows[i], rows[j]);
-                a.condition == b.condition
+                let (a, b) = (rows[i].row, rows[j].row);
+                (!own || rows[i].log == rows[j].log)
+                    && a.condition == b.condition
                     && a.pass == b.pass
                     && (a.slip.value - b.slip.value).abs() < 0.02
                     && (a.normal_load.value / b.normal_load.value - 1.0).abs() < 0.02
             })
             .collect();
-        let values: Vec<f64> = alike.iter().filter_map(|&j| of(rows[j])).collect();
+        let values: Vec<f64> = alike.iter().filter_map(|&j| of(rows[j].row)).collect();
         alike.iter().for_each(|&j| used[j] = true);
         if values.len() > 1 {
             let mean = values.iter().sum::<f64>() / values.len() as f64;

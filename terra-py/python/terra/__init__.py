@@ -234,7 +234,7 @@ def identify(
 
 
 def gap(
-    log: Log,
+    log: Log | Sequence[Log],
     rover: Rover,
     *,
     effects: Sequence[str] | None = None,
@@ -242,22 +242,32 @@ def gap(
     combine: int = 2,
     calibrate: int = 0,
     seed: int = 1,
+    soil: str = "shared",
     registry: Registry | None = None,
 ) -> dict[str, Any]:
     """Where does the simulator differ from reality, and what causes it? The content of ``terra gap --json``
     (schema ``terra-gap/1``).
 
     Args:
+        log: one log, or a list of logs of one rover that are diagnosed together.
         effects: candidates by name; all when absent.
         hold_out: ``segment``, ``trial``, ``condition`` or ``slip``.
         combine: most effects combined (1 or 2).
         calibrate: mock cases of this log's own design to calibrate with.
         seed: of the mock cases.
+        soil: ``shared`` by all logs, or each log's ``own``; sizes of effects are shared either way.
         registry: with effects and models of one's own among the candidates.
     """
     names = None if effects is None else list(effects)
+    several = list(log) if isinstance(log, (list, tuple)) else [log]
+    logs = [_log(one) for one in several]
+    if len(logs) > 1:
+        # Names tell the groups of several logs apart.
+        logs = [
+            (f"log {k}", one[1]) if isinstance(one, tuple) else one for k, one in enumerate(logs, 1)
+        ]
     return _terra.gap(
-        _log(log), _rover(rover), names, hold_out, combine, calibrate, seed, registry
+        logs, _rover(rover), names, hold_out, combine, calibrate, seed, soil, registry
     )
 
 

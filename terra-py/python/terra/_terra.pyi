@@ -110,12 +110,13 @@ def identify(
     registry: Registry | None = ...,
 ) -> dict[str, Any]: ...
 def gap(
-    log: _Source,
+    logs: list[_Source],
     rover: _Source,
     effects: list[str] | None = ...,
     hold_out: str | None = ...,
     combine: int = ...,
     calibrate: int = ...,
     seed: int = ...,
+    soil: str = ...,
     registry: Registry | None = ...,
 ) -> dict[str, Any]: ...

@@ -1,0 +1,278 @@
+//! The case of `terra gap`: one log or several with their rover file, and its diagnosis.
+
+use std::path::{Path, PathBuf};
+
+use terra_data::{DriveLog, LogKind, RigLog, Rover, hypothesis_terrains};
+use terra_gap::{
+    Diagnosis, Named, Provenance, Settings, diagnose_drives, diagnose_drives_against,
+    diagnose_rigs, diagnose_rigs_against,
+};
+use terra_model::Registry;
+
+use crate::error::CliError;
+use crate::input::{LogFile, rover, sha256};
+use crate::report::GapCurves;
+use crate::start::{Log, Prior, complete};
+
+/// The verdict of a log that excites too little to say anything.
+const UNIDENTIFIABLE: &str = "unidentifiable";
+
+/// A case diagnosed.
+pub(crate) struct Verdict {
+    pub(crate) diagnosis: Diagnosis,
+    pub(crate) provenance: Provenance,
+    /// Where the prior soil comes from, when the rover file does not say.
+    pub(crate) said: String,
+    pub(crate) curves: Option<GapCurves>,
+}
+
+/// The log of an outside simulator.
+#[derive(Clone, Copy)]
+pub(crate) struct Against<'a> {
+    pub(crate) sim: &'a Path,
+    pub(crate) same_soil: bool,
+}
+
+/// A log file with its name in messages.
+pub(crate) struct CaseLog<'a> {
+    pub(crate) file: LogFile<'a>,
+    pub(crate) name: &'a Path,
+}
+
+/// Logs and their rover file, wherever they come from.
+pub(crate) struct Case<'a> {
+    pub(crate) logs: Vec<CaseLog<'a>>,
+    /// With its fingerprint.
+    pub(crate) rover: (Rover, String),
+    pub(crate) rover_name: &'a Path,
+    /// Where the rover file's own references start.
+    pub(crate) folder: &'a Path,
+    pub(crate) registry: &'a Registry,
+    /// An outside simulator's log of the same.
+    pub(crate) against: Option<Against<'a>>,
+}
+
+/// Diagnoses log files as the command does, alone or against an outside simulator's.
+pub(crate) fn diagnose_files(
+    logs: &[&Path],
+    against: Option<Against<'_>>,
+    rover_path: &Path,
+    settings: &dyn Fn(&Rover, LogKind) -> Result<Settings, CliError>,
+) -> Result<Verdict, CliError> {
+    let rover = rover(rover_path)?;
+    let logs = logs
+        .iter()
+        .map(|&name| {
+            let file = LogFile::open(name)?;
+            Ok(CaseLog { file, name })
+        })
+        .collect::<Result<_, CliError>>()?;
+    let case = Case {
+        logs,
+        rover,
+        rover_name: rover_path,
+        folder: rover_path.parent().unwrap_or(Path::new("")),
+        registry: &Registry::builtin(),
+        against,
+    };
+    diagnose(case, settings)
+}
+
+/// Diagnoses a case.
+pub(crate) fn diagnose(
+    case: Case<'_>,
+    settings: &dyn Fn(&Rover, LogKind) -> Result<Settings, CliError>,
+) -> Result<Verdict, CliError> {
+    let (mut rover, rover_sha256) = case.rover;
+    let registry = case.registry;
+    let terrains = hypothesis_terrains(&rover.terrain, case.folder)?;
+    let kind = kind_of(&case.logs, &rover)?;
+    let settings = settings(&rover, kind)?;
+    let paths: Vec<String> = case
+        .logs
+        .iter()
+        .map(|l| l.name.display().to_string())
+        .collect();
+    let all = PathBuf::from(paths.join(", "));
+    let in_files = |e: CliError| e.in_files(&all, case.rover_name);
+    let names = names(&case.logs)?;
+    let sim = case.against.map(|a| LogFile::open(a.sim)).transpose()?;
+    if let Some(sim) = &sim
+        && sim.kind(&rover)? != kind
+    {
+        return Err(CliError::usage(
+            "one log is of a vehicle and the other of a rig",
+            "give the simulator's log of the same manoeuvres or trials",
+        ));
+    }
+    let same_soil = case.against.is_some_and(|a| a.same_soil);
+    let (prior, mut diagnosis, curves) = match kind {
+        LogKind::Rig => {
+            let logs: Vec<RigLog> = case
+                .logs
+                .iter()
+                .map(|l| l.file.rig(&rover))
+                .collect::<Result<_, _>>()?;
+            let each: Vec<Log<'_>> = logs.iter().map(Log::Rig).collect();
+            let prior = complete(&mut rover, &each, registry, &terrains).map_err(in_files)?;
+            let named = named(&names, &logs);
+            let (d, predictor) = match &sim {
+                Some(sim) => {
+                    let sim = sim.rig(&rover)?;
+                    diagnose_rigs_against(&sim, &named, &rover, registry, &settings, same_soil)
+                }
+                None => diagnose_rigs(&named, &rover, registry, &settings),
+            }
+            .map_err(|e| in_files(e.into()))?;
+            let curves = GapCurves::of_rig(&d, &predictor);
+            (prior, d, Some(curves))
+        }
+        LogKind::Drive => {
+            let logs: Vec<DriveLog> = case
+                .logs
+                .iter()
+                .map(|l| l.file.drive(&rover))
+                .collect::<Result<_, _>>()?;
+            // A log without torques tells of motion alone: no soil is asked, none is needed.
+            let each: Vec<Log<'_>> = logs
+                .iter()
+                .filter(|log| log.wheel_torque.is_some())
+                .map(Log::Drive)
+                .collect();
+            let prior = if each.is_empty() {
+                Prior::Given
+            } else {
+                complete(&mut rover, &each, registry, &terrains).map_err(in_files)?
+            };
+            let named = named(&names, &logs);
+            let d = match &sim {
+                Some(sim) => {
+                    let sim = sim.drive(&rover)?;
+                    diagnose_drives_against(&sim, &named, &rover, registry, &settings, same_soil)
+                }
+                None => diagnose_drives(&named, &rover, registry, &settings),
+            }
+            .map_err(|e| in_files(e.into()))?;
+            (prior, d, None)
+        }
+    };
+    let mut said = String::new();
+    match prior {
+        Prior::Given => {}
+        Prior::Identified(id) => {
+            said = format!(
+                "prior soil: {id}, the winner of {} on {}\n",
+                rover.terrain.hypotheses,
+                if paths.len() > 1 {
+                    "these logs"
+                } else {
+                    "this log"
+                }
+            );
+        }
+        // A stand-in soil may only lead to the answer that it does not matter for.
+        Prior::Unknown { why } if diagnosis.verdict == UNIDENTIFIABLE => {
+            let reason = diagnosis
+                .reason
+                .take()
+                .map(|r| format!("{r}; "))
+                .unwrap_or_default();
+            diagnosis.reason = Some(format!("{reason}no soil to start from: {why}"));
+        }
+        Prior::Unknown { why } => {
+            return Err(in_files(CliError::data(
+                format!("no soil to start from: {why}"),
+                "name one: start = \"dry_sand\" in [terrain]; `terra terrains` lists them",
+            )));
+        }
+    }
+    let provenance = Provenance {
+        log_sha256: fingerprint(&case.logs),
+        rover_sha256,
+        seed: if settings.calibrate > 0 {
+            settings.seed
+        } else {
+            0
+        },
+    };
+    Ok(Verdict {
+        diagnosis,
+        provenance,
+        said,
+        curves,
+    })
+}
+
+/// What the logs are of; they must be of the same.
+fn kind_of(logs: &[CaseLog<'_>], rover: &Rover) -> Result<LogKind, CliError> {
+    let mut first: Option<(LogKind, &Path)> = None;
+    for log in logs {
+        let kind = log.file.kind(rover)?;
+        match first {
+            None => first = Some((kind, log.name)),
+            Some((other, name)) if other != kind => {
+                let (vehicle, rig) = match kind {
+                    LogKind::Rig => (name, log.name),
+                    LogKind::Drive => (log.name, name),
+                };
+                return Err(CliError::usage(
+                    format!(
+                        "{} is a drive log and {} a rig log",
+                        vehicle.display(),
+                        rig.display()
+                    ),
+                    "logs that are diagnosed together must be of one vehicle or of one rig",
+                ));
+            }
+            Some(_) => {}
+        }
+    }
+    first
+        .map(|f| f.0)
+        .ok_or_else(|| CliError::usage("no log was given", "terra gap LOG --rover FILE"))
+}
+
+/// The names that prefix groups: of the files, or their paths where two files have one name.
+fn names(logs: &[CaseLog<'_>]) -> Result<Vec<String>, CliError> {
+    let paths: Vec<String> = logs.iter().map(|l| l.name.display().to_string()).collect();
+    if let Some(twice) = doubled(&paths) {
+        return Err(CliError::usage(
+            format!("{twice} is given twice"),
+            "a log counts once",
+        ));
+    }
+    let short: Vec<String> = logs
+        .iter()
+        .map(|l| {
+            let name = l.name.file_name().unwrap_or(l.name.as_os_str());
+            name.to_string_lossy().into_owned()
+        })
+        .collect();
+    Ok(match doubled(&short) {
+        Some(_) => paths,
+        None => short,
+    })
+}
+
+fn doubled(names: &[String]) -> Option<&String> {
+    let again = |(k, name): &(usize, &String)| names.iter().take(*k).any(|n| n == *name);
+    names.iter().enumerate().find(again).map(|(_, name)| name)
+}
+
+fn named<'a, L>(names: &'a [String], logs: &'a [L]) -> Vec<Named<'a, L>> {
+    let both = names.iter().zip(logs);
+    both.map(|(name, log)| Named { name, log }).collect()
+}
+
+/// SHA-256 of the log; of several, the SHA-256 of their fingerprints in ascending order, one a line.
+fn fingerprint(logs: &[CaseLog<'_>]) -> String {
+    let mut each: Vec<String> = logs.iter().map(|l| l.file.sha256()).collect();
+    match each.as_slice() {
+        [one] => one.clone(),
+        _ => {
+            each.sort_unstable();
+            let lines: String = each.iter().map(|hex| format!("{hex}\n")).collect();
+            sha256(lines.as_bytes())
+        }
+    }
+}

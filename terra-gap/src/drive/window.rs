@@ -1,0 +1,412 @@
+//! One window of a drive: its readings, their noise, and why it is left out.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+use terra_data::{DriveLog, Rover, Series, WHEELS};
+use terra_model::{Vehicle, library_slip};
+
+use super::{
+    ACCEL, GRAVITY, RAW, SPEED, SPEED_GATE, SPEED_RATE, TORQUE, VALUES, WHEEL, WHEEL_RATE, Window,
+    YAW_ACCELERATION, YAW_RATE,
+};
+use crate::dataset::{ChannelInfo, Factors, Observation};
+use crate::error::GapError;
+use crate::rig::median;
+
+/// Share of a window's samples that a channel must have.
+const PRESENT: f64 = 0.6;
+
+/// How many times more than in the median window a channel may scatter around its line. A step inside a window has a mean
+/// motion but not the mean forces of it.
+const BENDS: f64 = 4.0;
+/// Change of a wheel's slip within a window above which forces are averaged over it.
+const SLIP_CHANGE: f64 = 0.03;
+/// Time over which the ground's roughness stays alike \[s\]: tens of ms.
+const CORRELATION: f64 = 0.05;
+/// Jump of speed and wheels, in their noise, that begins a run of its own.
+const JUMP: f64 = 3.5;
+/// How fast wheels spin up under their motors \[rad/s²\].
+const SPIN_UP: f64 = 30.0;
+/// Channels whose scatter is looked at: four torques, a_x, v, r, four ω.
+pub(crate) const SERIES: usize = 11;
+/// Why a bent window is left out.
+pub(crate) const BENT: &str = "a step or an outlier inside the window";
+
+/// Mean, slope and their 1-sigma of one channel over a window.
+pub(crate) struct Line {
+    pub(crate) mean: f64,
+    pub(crate) slope: f64,
+    pub(crate) mean_sd: f64,
+    pub(crate) slope_sd: f64,
+    /// Mean square around the line, in units of the sensor's variance.
+    pub(crate) scatter: f64,
+}
+
+pub(crate) fn line(
+    time: &[f64],
+    series: &Series,
+    rows: std::ops::Range<usize>,
+    sd: f64,
+) -> Option<Line> {
+    let total = rows.len();
+    let points: Vec<(f64, f64)> = rows
+        .filter_map(|i| Some((*time.get(i)?, series.get(i)?)))
+        .collect();
+    let n = points.len() as f64;
+    if n < 3.0 || n < PRESENT * total as f64 {
+        return None;
+    }
+    let (t, y) = (
+        points.iter().map(|p| p.0).sum::<f64>() / n,
+        points.iter().map(|p| p.1).sum::<f64>() / n,
+    );
+    let stt: f64 = points.iter().map(|p| (p.0 - t).powi(2)).sum();
+    let sty: f64 = points.iter().map(|p| (p.0 - t) * (p.1 - y)).sum();
+    let slope = sty / stt;
+    let around = |p: &(f64, f64)| (p.1 - y - slope * (p.0 - t)).powi(2);
+    let square = points.iter().map(around).sum::<f64>() / (n - 2.0).max(1.0);
+    Some(Line {
+        mean: y,
+        slope,
+        mean_sd: sd / n.sqrt(),
+        slope_sd: sd / stt.sqrt(),
+        scatter: if sd > 0.0 { square / (sd * sd) } else { 0.0 },
+    })
+}
+
+/// True where speed and wheels jump as no vehicle's do from one row to the next: a run of its own begins, on its own ground.
+fn begins_anew(log: &DriveLog, speed: &Series, row: usize, speed_sd: f64, wheel_sd: f64) -> bool {
+    let Some(last) = row.checked_sub(1) else {
+        return false;
+    };
+    let jump = |series: &Series| Some(series.get(row)? - series.get(last)?);
+    let two = std::f64::consts::SQRT_2;
+    let rows = log.time.get(last).zip(log.time.get(row));
+    let elapsed = rows.map_or(0.0, |(a, b)| b - a);
+    let spun: Option<f64> = log.wheel_speed.iter().map(jump).sum();
+    // The mean of four wheels, against its noise and what a motor does to them meanwhile.
+    let wheels = spun.map_or(0.0, |sum| sum / 4.0 / (wheel_sd / two + SPIN_UP * elapsed));
+    jump(speed).is_some_and(|v| (v / (speed_sd * two)).hypot(wheels) > JUMP)
+}
+
+/// True when a sample at `time` no longer belongs to the window that began at `t0`.
+pub(crate) fn is_full(t0: f64, time: f64, rover: &Rover) -> bool {
+    time >= t0 + rover.gap.window - 1e-9
+}
+
+/// The seven channels of a drive, with their typical sizes.
+pub(crate) fn channels(vehicle: &Vehicle<f64>) -> Vec<ChannelInfo> {
+    let weight = vehicle.mass * GRAVITY;
+    let torques = WHEELS.iter().map(|w| {
+        (
+            format!("wheel_torque_{w}_N_m"),
+            "N m",
+            weight / 4.0 * vehicle.wheel_radius,
+        )
+    });
+    let turning = weight * vehicle.track / (2.0 * vehicle.yaw_inertia);
+    let body = [
+        ("accel_x_m_s2", "m/s2", GRAVITY),
+        ("ground_speed_rate_m_s2", "m/s2", GRAVITY),
+        ("yaw_acceleration_rad_s2", "rad/s2", turning),
+    ]
+    .map(|(name, unit, scale)| (name.to_owned(), unit, scale));
+    torques
+        .chain(body)
+        .map(|(name, unit, scale)| ChannelInfo { name, unit, scale })
+        .collect()
+}
+
+/// True where a channel scatters far more than it usually does.
+pub(crate) fn bends(scatter: &[f64; SERIES], usual: &[f64; SERIES]) -> bool {
+    scatter.iter().zip(usual).any(|(s, u)| *s > BENDS * u)
+}
+
+/// 1-sigma of each sensor, as far as it is used.
+#[derive(Clone, Copy, Debug, Default)]
+struct Sensors {
+    speed: f64,
+    wheel: f64,
+    torque: f64,
+    yaw: f64,
+    accel: f64,
+}
+
+/// A window that is used.
+#[derive(Clone, Debug)]
+pub(crate) struct Taken {
+    pub(crate) window: Window,
+    /// Numbered 0; its user gives it its place.
+    pub(crate) observation: Observation,
+    /// Scatter around the line of every channel; NaN where it was not measured.
+    pub(crate) scatter: [f64; SERIES],
+}
+
+/// The usual scatter of every channel.
+pub(crate) fn usual(scatters: &[[f64; SERIES]]) -> [f64; SERIES] {
+    std::array::from_fn(|k| {
+        let measured = scatters.iter().map(|s| s[k]).filter(|s| !s.is_nan());
+        median(measured).max(f64::MIN_POSITIVE)
+    })
+}
+
+/// Makes windows one after the other.
+#[derive(Clone, Debug)]
+pub(crate) struct Reader {
+    rover: Rover,
+    pub(crate) vehicle: Vehicle<f64>,
+    sd: Sensors,
+    accel_logged: bool,
+    log: usize,
+    prefix: String,
+    segment: String,
+    /// True until a manoeuvre has had its first window.
+    first: bool,
+    path: f64,
+    pub(crate) windows: Vec<Window>,
+    pub(crate) observations: Vec<Observation>,
+    /// Scatter around the line of every channel, window by window; NaN where it was not measured.
+    pub(crate) scatters: Vec<[f64; SERIES]>,
+    pub(crate) dropped: BTreeMap<String, usize>,
+}
+
+impl Reader {
+    /// # Errors
+    /// A rover file without vehicle.
+    pub(crate) fn new(rover: &Rover) -> Result<Self, GapError> {
+        let vehicle = rover.nominal_vehicle().ok_or_else(|| {
+            GapError::Mismatch("a drive log needs [vehicle] in the rover file".to_owned())
+        })?;
+        Ok(Reader {
+            rover: rover.clone(),
+            vehicle,
+            sd: Sensors::default(),
+            accel_logged: false,
+            log: 0,
+            prefix: String::new(),
+            segment: String::new(),
+            first: true,
+            path: 0.0,
+            windows: vec![],
+            observations: vec![],
+            scatters: vec![],
+            dropped: BTreeMap::new(),
+        })
+    }
+
+    /// Looks up the noise of every channel that a log has.
+    ///
+    /// # Errors
+    /// A used channel without noise.
+    pub(crate) fn needs_noise_of(&mut self, log: &DriveLog) -> Result<(), GapError> {
+        let noise = |name: &str| {
+            self.rover
+                .noise
+                .get(name)
+                .ok_or_else(|| GapError::NoiseMissing {
+                    channel: name.to_owned(),
+                    sd_column: format!("{name} (drive logs have no sd columns)"),
+                })
+        };
+        self.sd.speed = noise("ground_speed_m_s")?;
+        self.sd.wheel = noise("wheel_speed_rad_s")?;
+        if log.wheel_torque.is_some() {
+            self.sd.torque = noise("wheel_torque_N_m")?;
+        }
+        if log.yaw_rate.is_some() {
+            self.sd.yaw = noise("yaw_rate_rad_s")?;
+        }
+        if log.accel_x.is_some() {
+            self.sd.accel = noise("accel_x_m_s2")?;
+            self.accel_logged = true;
+        }
+        Ok(())
+    }
+
+    /// Time, path and ruts of another log have nothing to do with those of the last.
+    pub(crate) fn begin_log(&mut self, number: usize, prefix: &str) {
+        self.log = number;
+        prefix.clone_into(&mut self.prefix);
+        self.path = 0.0;
+    }
+
+    /// `row` is the segment's first.
+    pub(crate) fn begin_segment(&mut self, log: &DriveLog, name: &str, row: usize) {
+        self.segment = format!("{}{name}", self.prefix);
+        self.first = true;
+        let speed = log.ground_speed.as_ref();
+        if speed.is_some_and(|v| begins_anew(log, v, row, self.sd.speed, self.sd.wheel)) {
+            self.path = 0.0;
+        }
+    }
+
+    /// Takes a window in, or counts why it is left out.
+    pub(crate) fn window(&mut self, log: &DriveLog, rows: Range<usize>) {
+        if let Some(mut taken) = self.one(log, rows) {
+            taken.observation.index = self.windows.len();
+            self.observations.push(taken.observation);
+            self.windows.push(taken.window);
+            self.scatters.push(taken.scatter);
+        }
+    }
+
+    /// The next window by itself, kept by the caller; none where it is left out, which is counted.
+    pub(crate) fn one(&mut self, log: &DriveLog, rows: Range<usize>) -> Option<Taken> {
+        let taken = self.take(log, rows);
+        if let Err(reason) = taken {
+            *self.dropped.entry(reason.to_owned()).or_default() += 1;
+        }
+        taken.ok()
+    }
+
+    fn take(&mut self, log: &DriveLog, rows: Range<usize>) -> Result<Taken, &'static str> {
+        let (vehicle, sd_of, gap) = (self.vehicle, self.sd, self.rover.gap);
+        let over = |series: &Series, sd: f64| -> Option<Line> {
+            line(&log.time, series, rows.clone(), sd)
+        };
+        let v = log.ground_speed.as_ref().and_then(|v| over(v, sd_of.speed));
+        // Windows that are left out are driven all the same, and in reverse the way leads back.
+        let driven = v.as_ref().map_or(0.0, |v| v.mean) * gap.window;
+        let middle_path = self.path + 0.5 * driven;
+        self.path += driven;
+        // What was before a manoeuvre reaches into its beginning: sensors lag, controllers catch up.
+        if std::mem::take(&mut self.first) {
+            return Err("the beginning of a manoeuvre");
+        }
+        let v = v.ok_or("window without ground speed")?;
+        let wheels: Vec<Line> = log
+            .wheel_speed
+            .iter()
+            .filter_map(|w| over(w, sd_of.wheel))
+            .collect();
+        if wheels.len() < 4 {
+            return Err("window without all wheel speeds");
+        }
+        let yaw = log.yaw_rate.as_ref().and_then(|r| over(r, sd_of.yaw));
+        let slow = |w: &Line| (w.mean * vehicle.wheel_radius).abs() < SPEED_GATE;
+        if v.mean.abs() < SPEED_GATE || wheels.iter().any(slow) {
+            return Err("standstill: below 0.12 m/s");
+        }
+        if wheels.iter().any(|w| w.mean * v.mean < 0.0) {
+            return Err("a wheel turns against the motion");
+        }
+        let mut raw = [0.0; RAW];
+        let mut sd = [0.0; RAW];
+        let mut measured = vec![];
+        let mut scatter = [f64::NAN; SERIES];
+        for (q, series) in log.wheel_torque.iter().flatten().enumerate() {
+            if let Some(l) = over(series, sd_of.torque) {
+                (raw[TORQUE + q], sd[TORQUE + q]) = (l.mean, l.mean_sd);
+                scatter[q] = l.scatter;
+                measured.push(TORQUE + q);
+            }
+        }
+        if let Some(l) = log.accel_x.as_ref().and_then(|a| over(a, sd_of.accel)) {
+            (raw[ACCEL], sd[ACCEL]) = (l.mean, l.mean_sd);
+            scatter[4] = l.scatter;
+            measured.push(ACCEL);
+        }
+        (raw[SPEED_RATE], sd[SPEED_RATE]) = (v.slope, v.slope_sd);
+        measured.push(SPEED_RATE);
+        (raw[SPEED], sd[SPEED]) = (v.mean, v.mean_sd);
+        scatter[5] = v.scatter;
+        // Without a yaw rate the vehicle is taken to drive straight; its yaw equation is then not used.
+        if let Some(r) = yaw {
+            (raw[YAW_ACCELERATION], sd[YAW_ACCELERATION]) = (r.slope, r.slope_sd);
+            (raw[YAW_RATE], sd[YAW_RATE]) = (r.mean, r.mean_sd);
+            scatter[6] = r.scatter;
+            measured.push(YAW_ACCELERATION);
+        }
+        for (q, w) in wheels.iter().enumerate() {
+            (raw[WHEEL + q], sd[WHEEL + q]) = (w.mean, w.mean_sd);
+            scatter[7 + q] = w.scatter;
+            (raw[WHEEL_RATE + q], sd[WHEEL_RATE + q]) = (w.slope, w.slope_sd);
+        }
+        let middle = rows.start + rows.len() / 2;
+        let mean = |s: &Option<Series>| s.as_ref().and_then(|s| s.get(middle));
+        let time = log.time.get(middle).copied().unwrap_or_default();
+        let slips = (0..4).map(|q| library_slip(raw[WHEEL + q] * vehicle.wheel_radius, raw[SPEED]));
+        let slip = slips.sum::<f64>() / 4.0;
+        let (low, high) = gap.slip_range;
+        if !(low..=high).contains(&slip) {
+            return Err("slip outside [gap] slip_range");
+        }
+        let pass = mean(&log.pass).unwrap_or(1.0);
+        let payload = mean(&log.payload).unwrap_or(0.0);
+        let ends = [-0.5, 0.5].map(|end| {
+            let dt = end * gap.window;
+            let v = raw[SPEED] + raw[SPEED_RATE] * dt;
+            [0, 1, 2, 3].map(|q| {
+                let rim = (raw[WHEEL + q] + raw[WHEEL_RATE + q] * dt) * vehicle.wheel_radius;
+                library_slip(rim, v)
+            })
+        });
+        let change = (0..4).map(|q| (ends[1][q] - ends[0][q]).abs());
+        let nodes = if change.fold(0.0, f64::max) > SLIP_CHANGE {
+            // Gauss-Legendre, two points.
+            let dt = gap.window / 12f64.sqrt();
+            vec![-dt, dt]
+        } else {
+            vec![0.0]
+        };
+        let window = Window {
+            raw,
+            nodes,
+            measured: measured.clone(),
+            pitch: mean(&log.pitch).unwrap_or(0.0),
+            roll: mean(&log.roll).unwrap_or(0.0),
+            payload,
+            earlier_passes: (pass - 1.0).max(0.0),
+            path: mean(&log.distance).unwrap_or(middle_path),
+            time,
+            log: self.log,
+        };
+        let observation = Observation {
+            index: 0,
+            group: self.segment.clone(),
+            condition: String::new(),
+            place: format!("{}t = {time:.2} s", self.prefix),
+            values: measured.iter().map(|&k| raw[k]).collect(),
+            channels: measured,
+            raw_sd: sd.to_vec(),
+            factors: Factors::from([
+                ("slip", slip),
+                ("speed", v.mean),
+                ("path", window.path),
+                ("time", window.time),
+                ("pass", pass),
+                ("load", vehicle.mass * GRAVITY + payload * GRAVITY),
+                ("yaw_rate", raw[YAW_RATE]),
+            ]),
+        };
+        Ok(Taken {
+            window,
+            observation,
+            scatter,
+        })
+    }
+
+    /// The segment that windows belong to.
+    pub(crate) fn segment(&self) -> &str {
+        &self.segment
+    }
+
+    /// Variance of a window's value by what scatters inside windows beyond the sensors' noise.
+    pub(crate) fn short_scatter(&self, usual: &[f64; SERIES]) -> Vec<Option<f64>> {
+        // White noise alone scatters by 1 in the mean; .963 is the median of chi2/n for the eighteen freedoms of twenty samples.
+        let beyond = |k: usize, sd: f64| {
+            let correlated = (CORRELATION / self.rover.gap.window).min(1.0);
+            Some((usual[k] / 0.963 - 1.0).max(0.0) * sd * sd * correlated)
+        };
+        let mut out = vec![None; VALUES];
+        for q in 0..4 {
+            out[TORQUE + q] = beyond(q, self.sd.torque);
+        }
+        out[ACCEL] = self
+            .accel_logged
+            .then(|| beyond(4, self.sd.accel))
+            .flatten();
+        out
+    }
+}

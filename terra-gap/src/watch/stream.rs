@@ -1,0 +1,204 @@
+//! Rows in, windows out: what is kept of a log in between is less than two windows.
+
+use terra_data::{DriveLog, Rover, Segment, Series};
+
+use crate::drive::{Reader, Taken, is_full};
+use crate::error::GapError;
+
+/// One window of the stream, used or left out.
+pub(crate) struct Slot {
+    /// Its number, from 0, counting those left out.
+    pub(crate) number: usize,
+    pub(crate) segment: String,
+    /// None where it was left out.
+    pub(crate) taken: Option<Taken>,
+}
+
+/// Cuts pieces of a log into windows. Where the pieces end does not matter.
+pub(crate) struct Stream {
+    rover: Rover,
+    pub(crate) reader: Reader,
+    /// Rows not yet in a window, with the one before them.
+    rest: DriveLog,
+    /// The first of `rest` that is in no window.
+    next: usize,
+    /// True once a segment has begun.
+    begun: bool,
+    windows: usize,
+}
+
+impl Stream {
+    /// # Errors
+    /// A rover file without vehicle.
+    pub(crate) fn new(rover: &Rover) -> Result<Self, GapError> {
+        Ok(Stream {
+            rover: rover.clone(),
+            reader: Reader::new(rover)?,
+            rest: DriveLog::default(),
+            next: 0,
+            begun: false,
+            windows: 0,
+        })
+    }
+
+    /// The windows that a piece completes; with `last` also the one that it leaves unfinished.
+    ///
+    /// # Errors
+    /// A used channel without noise.
+    pub(crate) fn push(&mut self, piece: &DriveLog, last: bool) -> Result<Vec<Slot>, GapError> {
+        if !piece.is_empty() {
+            self.reader.needs_noise_of(piece)?;
+        }
+        let log = joined(&self.rest, piece);
+        let mut out = vec![];
+        let mut row = self.next;
+        for (k, segment) in log.segments.iter().enumerate() {
+            let end_of_log = k + 1 == log.segments.len();
+            if row >= segment.rows.end {
+                continue;
+            }
+            if row == segment.rows.start || !self.begun {
+                self.reader.begin_segment(&log, &segment.name, row);
+                self.begun = true;
+            }
+            while row < segment.rows.end {
+                let Some(&t0) = log.time.get(row) else {
+                    break;
+                };
+                let full = |r: &usize| {
+                    log.time
+                        .get(*r)
+                        .is_some_and(|t| is_full(t0, *t, &self.rover))
+                };
+                let end = (row..segment.rows.end).find(full);
+                if end.is_none() && end_of_log && !last {
+                    break;
+                }
+                let end = end.unwrap_or(segment.rows.end);
+                let taken = self.reader.one(&log, row..end);
+                out.push(Slot {
+                    number: self.windows,
+                    segment: self.reader.segment().to_owned(),
+                    taken,
+                });
+                self.windows += 1;
+                row = end;
+            }
+        }
+        let from = row.saturating_sub(1);
+        self.next = row - from;
+        self.rest = tail(&log, from);
+        Ok(out)
+    }
+}
+
+fn series_of(log: &DriveLog) -> [&Option<Series>; 8] {
+    [
+        &log.ground_speed,
+        &log.yaw_rate,
+        &log.accel_x,
+        &log.pitch,
+        &log.roll,
+        &log.distance,
+        &log.payload,
+        &log.pass,
+    ]
+}
+
+/// A log of what a window reads, from series made by `one` and `four`.
+fn assemble(
+    time: Vec<f64>,
+    segments: Vec<Segment>,
+    singles: [Option<Series>; 8],
+    wheel_speed: [Series; 4],
+    wheel_torque: Option<[Series; 4]>,
+) -> DriveLog {
+    let [
+        ground_speed,
+        yaw_rate,
+        accel_x,
+        pitch,
+        roll,
+        distance,
+        payload,
+        pass,
+    ] = singles;
+    DriveLog {
+        time,
+        segments,
+        wheel_speed,
+        wheel_torque,
+        ground_speed,
+        yaw_rate,
+        accel_x,
+        pitch,
+        roll,
+        distance,
+        payload,
+        pass,
+        ..DriveLog::default()
+    }
+}
+
+/// The rows from one on.
+fn tail(log: &DriveLog, from: usize) -> DriveLog {
+    let one = |s: &Series| -> Series { s.iter().skip(from).collect() };
+    let segments = log
+        .segments
+        .iter()
+        .filter(|s| s.rows.end > from)
+        .map(|s| Segment {
+            name: s.name.clone(),
+            rows: s.rows.start.saturating_sub(from)..s.rows.end - from,
+        })
+        .collect();
+    assemble(
+        log.time.iter().skip(from).copied().collect(),
+        segments,
+        series_of(log).map(|s| s.as_ref().map(one)),
+        log.wheel_speed.each_ref().map(one),
+        log.wheel_torque.as_ref().map(|t| t.each_ref().map(one)),
+    )
+}
+
+/// One log after the other; a segment that goes on in the second is one.
+fn joined(a: &DriveLog, b: &DriveLog) -> DriveLog {
+    let (n, m) = (a.len(), b.len());
+    let whole = |a: Option<&Series>, b: Option<&Series>| -> Series {
+        let get = |s: Option<&Series>, row| s.and_then(|s| s.get(row));
+        let first = (0..n).map(|row| get(a, row));
+        first.chain((0..m).map(|row| get(b, row))).collect()
+    };
+    let single = |(a, b): (&Option<Series>, &Option<Series>)| {
+        (a.is_some() || b.is_some()).then(|| whole(a.as_ref(), b.as_ref()))
+    };
+    let mut pairs = series_of(a).into_iter().zip(series_of(b)).map(single);
+    let singles = std::array::from_fn(|_| pairs.next().flatten());
+    let torque = |log: &'_ DriveLog, q: usize| log.wheel_torque.as_ref().map(|t| t[q].clone());
+    let wheel_torque = (a.wheel_torque.is_some() || b.wheel_torque.is_some())
+        .then(|| std::array::from_fn(|q| whole(torque(a, q).as_ref(), torque(b, q).as_ref())));
+    let mut segments = a.segments.clone();
+    for s in &b.segments {
+        let rows = s.rows.start + n..s.rows.end + n;
+        match segments.last_mut() {
+            Some(open) if open.name == s.name && goes_on(a, b, s) => open.rows.end = rows.end,
+            _ => segments.push(Segment {
+                name: s.name.clone(),
+                rows,
+            }),
+        }
+    }
+    assemble(
+        a.time.iter().chain(&b.time).copied().collect(),
+        segments,
+        singles,
+        std::array::from_fn(|q| whole(a.wheel_speed.get(q), b.wheel_speed.get(q))),
+        wheel_torque,
+    )
+}
+
+/// True where a piece begins inside the segment that the last one ended in: time strictly increases inside a segment.
+fn goes_on(a: &DriveLog, b: &DriveLog, segment: &Segment) -> bool {
+    let ends = a.time.last().zip(b.time.first());
+    segment.rows.start == 0 && ends.is_some_and(|(before, after)| before < after)
+}

@@ -1,0 +1,159 @@
+//! `terra gap` of several logs, and `terra gap --watch`.
+
+use std::fs;
+use std::path::Path;
+
+use serde_json::Value;
+use sha2::{Digest, Sha256};
+
+use crate::support::{example, folder, logs, terra};
+
+fn read(path: &Path) -> Value {
+    serde_json::from_str(&fs::read_to_string(path).unwrap()).unwrap()
+}
+
+fn sha256(bytes: &[u8]) -> String {
+    let digest = Sha256::digest(bytes);
+    digest.iter().map(|b| format!("{b:02x}")).collect()
+}
+
+/// The rig's log cut in two between trials, both halves with the header.
+fn halves(name: &str) -> std::path::PathBuf {
+    let at = folder(name);
+    let whole = fs::read_to_string(logs().join("rig.csv")).unwrap();
+    let lines: Vec<&str> = whole.lines().collect();
+    let (header, rows) = lines.split_first().unwrap();
+    let (a, b) = rows.split_at(rows.len() / 2);
+    for (file, part) in [("a.csv", a), ("b.csv", b)] {
+        fs::write(at.join(file), format!("{header}\n{}\n", part.join("\n"))).unwrap();
+    }
+    fs::copy(logs().join("rig.toml"), at.join("rig.toml")).unwrap();
+    fs::copy(logs().join("drive.csv"), at.join("drive.csv")).unwrap();
+    at
+}
+
+const ASKED: &str = "--rover rig.toml --effects slip-sinkage,drawbar-bias --combine 1";
+
+/// One verdict from two files, whichever is named first; its fingerprint is that of both fingerprints.
+#[test]
+fn two_logs_are_one_diagnosis_in_any_order() {
+    let at = halves("gap_several");
+    let there = terra(&at, &format!("gap a.csv b.csv {ASKED} --json one.json")).ok();
+    terra(&at, &format!("gap b.csv a.csv {ASKED} --json two.json")).ok();
+    let bytes = |name: &str| fs::read(at.join(name)).unwrap();
+    assert_eq!(bytes("one.json"), bytes("two.json"));
+    let v = read(&at.join("one.json"));
+    assert_eq!(v["schema"], "terra-gap/1");
+    assert_eq!(v["logs"]["names"], serde_json::json!(["a.csv", "b.csv"]));
+    assert_eq!(v["logs"]["soil"], "shared");
+    assert!(
+        there.out.contains("logs: a.csv, b.csv; one soil for all"),
+        "{}",
+        there.out
+    );
+    let mut each = [sha256(&bytes("a.csv")), sha256(&bytes("b.csv"))];
+    each.sort();
+    let both = sha256(format!("{}\n{}\n", each[0], each[1]).as_bytes());
+    assert_eq!(v["provenance"]["log_sha256"], both.as_str());
+    let own = terra(
+        &at,
+        &format!("gap a.csv b.csv {ASKED} --soil own --json own.json"),
+    )
+    .ok();
+    assert!(
+        own.out.contains("a soil of its own for each"),
+        "{}",
+        own.out
+    );
+    let v = read(&at.join("own.json"));
+    let soil = v["terrain"]["parameters"].as_object().unwrap();
+    assert!(soil.contains_key("a.csv/cohesion") && soil.contains_key("b.csv/cohesion"));
+}
+
+#[test]
+fn logs_that_do_not_go_together_are_refused_by_name() {
+    let at = halves("gap_mixture");
+    let rover = example("paper/rover.toml");
+    let rover = rover.display();
+    for (line, words) in [
+        (format!("gap a.csv a.csv {ASKED}"), "a.csv is given twice"),
+        (format!("gap a.csv none.csv {ASKED}"), "none.csv"),
+        (
+            format!("gap drive.csv a.csv --rover {rover} --watch"),
+            "one log",
+        ),
+        (
+            format!("gap a.csv --rover {rover} --watch --sim drive.csv"),
+            "--sim",
+        ),
+        (
+            format!("gap drive.csv --rover {rover} --track t.csv"),
+            "--watch",
+        ),
+    ] {
+        let done = terra(&at, &line);
+        assert!(done.code != 0, "{line}");
+        assert!(done.err.contains(words), "{line}: {}", done.err);
+    }
+}
+
+/// The patrol of the book: sand gives way to clay after 48 m. The event is there and nowhere else, JSON and track say the same,
+/// and no number of threads changes a byte.
+#[test]
+fn a_watch_flags_the_patrol_where_the_soil_changes() {
+    let at = folder("gap_watch");
+    for file in ["rover.toml", "patrol.toml"] {
+        fs::copy(example(&format!("drive/{file}")), at.join(file)).unwrap();
+    }
+    terra(&at, "simulate patrol.toml --out patrol.csv").ok();
+    let line = "gap patrol.csv --rover rover.toml --watch --baseline 30";
+    let done = terra(
+        &at,
+        &format!("{line} --json watch.json --track track.csv --threads 1"),
+    )
+    .ok();
+    assert!(done.out.contains("looks like (no verdict)"), "{}", done.out);
+    let v = read(&at.join("watch.json"));
+    assert_eq!(v["schema"], "terra-gap-watch/1");
+    assert_eq!(v["verdict"], "gap");
+    assert_eq!(v["false_alarms_per_log"], 0.05);
+    let events = v["events"].as_array().unwrap();
+    let place = events[0]["onset"]["path_m"].as_f64().unwrap();
+    assert!((47.0..51.0).contains(&place), "{place}");
+    assert!(events[0]["delay_s"].as_f64().unwrap() < 5.0);
+    assert_eq!(events[0]["nearest"][0]["effect"], "soil-change");
+    let track = fs::read_to_string(at.join("track.csv")).unwrap();
+    let mut rows = track.lines();
+    assert!(
+        rows.next()
+            .unwrap()
+            .starts_with("time_s,path_m,segment,window,open,score_5")
+    );
+    // Before the change nothing is open; from the flag on it is.
+    let flagged = events[0]["flagged"]["window"].as_u64().unwrap();
+    for row in rows {
+        let cells: Vec<&str> = row.split(',').collect();
+        let (window, open) = (cells[3].parse::<u64>().unwrap(), cells[4] == "1");
+        assert!(window >= flagged || !open, "{row}");
+        assert!(window != flagged || open, "{row}");
+    }
+    terra(
+        &at,
+        &format!("{line} --json again.json --track again.csv --threads 3"),
+    )
+    .ok();
+    for (a, b) in [("watch.json", "again.json"), ("track.csv", "again.csv")] {
+        assert_eq!(fs::read(at.join(a)).unwrap(), fs::read(at.join(b)).unwrap());
+    }
+    let unasked = terra(
+        &at,
+        "gap patrol.csv --rover rover.toml --watch --false-alarms 2",
+    );
+    assert_eq!(unasked.code, 2, "{}", unasked.err);
+    let short = terra(
+        &at,
+        "gap patrol.csv --rover rover.toml --watch --baseline 2",
+    )
+    .ok();
+    assert!(short.out.contains("unidentifiable"), "{}", short.out);
+}
