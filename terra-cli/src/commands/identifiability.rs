@@ -50,23 +50,20 @@ struct Answer {
 }
 
 pub(crate) fn run(args: &IdentifiabilityArgs) -> Result<(), CliError> {
-    output::claim(&[args.json.as_deref(), args.html.as_deref()], &[])?;
+    output::claim(&[args.json.as_deref(), args.report.html.as_deref()], &[])?;
     let noise = noise(&args.noise)?;
     let answer = ask(args, noise)?;
-    if let Some(path) = &args.html {
-        let page = report::Page {
-            title: "What could these rows tell?".to_owned(),
-            subtitle: format!("{} on {}", args.model, args.terrain),
-            sections: vec![report::profiles_section(&report::ProfilesView {
-                title: "Identifiability".to_owned(),
-                lead: lead(&answer),
-                undetermined: answer.found.undetermined.clone(),
-                profiles: answer.profiles.clone(),
-            })],
-            provenance: vec![("terra".to_owned(), env!("CARGO_PKG_VERSION").to_owned())],
-        };
-        output::text(Some(path), &page.render()?)?;
-    }
+    output::report(&args.report, || report::Page {
+        title: "What could these rows tell?".to_owned(),
+        subtitle: format!("{} on {}", args.model, args.terrain),
+        sections: vec![report::profiles_section(&report::ProfilesView {
+            title: "Identifiability".to_owned(),
+            lead: lead(&answer),
+            undetermined: answer.found.undetermined.clone(),
+            profiles: answer.profiles.clone(),
+        })],
+        provenance: vec![("terra".to_owned(), env!("CARGO_PKG_VERSION").to_owned())],
+    })?;
     if let Some(path) = &args.json {
         output::json(Some(path), &as_json(args, &answer))?;
     }

@@ -115,12 +115,27 @@ fn identification() -> IdentifyView {
             ids: vec!["dry_sand".to_owned(), "a&b".to_owned()],
             probability: (0..rows).map(|k| vec![1.0 - fall(k), fall(k)]).collect(),
             posterior: vec![("a&b".to_owned(), 0.04), ("dry_sand".to_owned(), 0.96)],
+            parameters: vec![ParameterPath {
+                name: "friction_angle".to_owned(),
+                unit: "rad".to_owned(),
+                mean: (0..rows).map(|k| 0.5 + 0.1 * fall(k)).collect(),
+                sd: (0..rows).map(fall).collect(),
+                refined: Some((0.5, 0.01)),
+            }],
             force_slip: Some(ForceSlip {
+                load: 80.0,
+                radius: 0.2,
                 slip: vec![0.1, 0.2, 0.3],
-                drawbar_mean: vec![1.0, 2.0, f64::NAN],
-                drawbar_sd: vec![0.1, f64::NAN, 0.1],
-                torque_mean: vec![3.0, 4.0, 5.0],
-                torque_sd: vec![0.1; 3],
+                drawbar: vec![(1.0, 0.1), (2.0, f64::NAN), (f64::NAN, 0.1)],
+                torque: vec![(3.0, 0.1), (4.0, 0.1), (5.0, 0.1)],
+                sinkage: vec![],
+                measured: vec![MeasuredForces {
+                    trial: "<a>, b".to_owned(),
+                    slip: (0.2, 0.01),
+                    drawbar: (2.1, 0.1),
+                    torque: (4.2, 0.1),
+                    sinkage: (f64::NAN, f64::NAN),
+                }],
             }),
             truth: Some("dry_sand".to_owned()),
             alarm: None,
@@ -140,28 +155,44 @@ fn page(sections: Vec<Section>) -> String {
     .unwrap()
 }
 
+/// The panels of a page.
 fn figures(html: &str) -> Vec<&str> {
-    html.match_indices("<svg ")
+    html.match_indices("<svg xmlns=\"http")
         .map(|(at, _)| {
-            let end = html[at..].find("</svg>").unwrap();
+            let end = html[at..].find("</svg><pre").unwrap();
             &html[at..at + end + "</svg>".len()]
         })
-        .filter(|svg| !svg.contains("aria-hidden"))
         .collect()
 }
 
-/// Rules of every page: nothing fetched, no script, no NaN, well-formed figures with a text alternative.
+/// Rules of every page: nothing fetched, no script but the page's own, no NaN, well-formed figures with a text
+/// alternative and their numbers.
 fn assert_sound(html: &str) {
-    let without_namespace = html.replace("xmlns=\"http://www.w3.org/2000/svg\"", "");
+    let (before, rest) = html.split_once("<script>").unwrap();
+    let (script, after) = rest.split_once("</script>").unwrap();
+    assert_eq!(script, include_str!("page.js"));
+    let own = format!("{before}{after}");
+    let without_namespace = own.replace("xmlns=\"http://www.w3.org/2000/svg\"", "");
     for fetched in [
         "http://", "https://", "<script", "<link", "<img", "@import", "url(", "src=",
     ] {
         assert!(!without_namespace.contains(fetched), "{fetched}");
     }
-    for bad in ["NaN", "inf ", "#0102"] {
-        assert!(!html.contains(bad), "{bad}");
+    for fetching in [
+        "fetch(",
+        "XMLHttpRequest",
+        "import(",
+        "WebSocket",
+        "sendBeacon",
+        "eval(",
+    ] {
+        assert!(!script.contains(fetching), "{fetching}");
     }
-    for svg in figures(html) {
+    for bad in ["NaN", "inf ", "#0102"] {
+        assert!(!own.contains(bad), "{bad}");
+    }
+    let panels = figures(html);
+    for svg in &panels {
         let document = roxmltree::Document::parse(svg).unwrap();
         let root = document.root_element();
         assert_eq!(root.attribute("role"), Some("img"));
@@ -169,7 +200,16 @@ fn assert_sound(html: &str) {
         assert!(root.attribute("width").is_none());
         let title = root.children().find(|n| n.has_tag_name("title")).unwrap();
         assert!(!title.text().unwrap().is_empty());
+        for axis in ["data-x", "data-y"] {
+            let axis: serde_json::Value =
+                serde_json::from_str(root.attribute(axis).unwrap()).unwrap();
+            assert_ne!(axis["name"], "", "an axis without a column");
+        }
     }
+    assert_eq!(
+        html.matches("<pre class=\"numbers\" hidden>series").count(),
+        panels.len()
+    );
 }
 
 #[test]
@@ -291,7 +331,8 @@ fn each_verdict_has_its_sentence() {
 fn an_identification_is_told_with_its_figures() {
     let html = page(vec![identify_section(&identification())]);
     assert_sound(&html);
-    assert_eq!(figures(&html).len(), 3);
+    // History, one parameter; pull, torque, traction coefficient, efficiency, but no sinkage.
+    assert_eq!(figures(&html).len(), 6);
     assert!(html.contains("dry_sand (96\u{a0}%), which is the truth"));
     assert!(html.contains("a&amp;b"));
     // Without history, forces and truth there is still a table.
@@ -299,8 +340,111 @@ fn an_identification_is_told_with_its_figures() {
     view.groups[0].probability.clear();
     view.groups[0].force_slip = None;
     view.groups[0].truth = None;
+    view.groups[0].parameters.clear();
     let html = page(vec![identify_section(&view)]);
     assert_sound(&html);
     assert_eq!(figures(&html).len(), 0);
     assert!(html.contains("<td>") || html.contains("<td class"));
+}
+
+/// A pulling wheel and its stresses; a soil that does not carry it says so.
+#[test]
+fn a_wheel_is_told_with_stresses_and_worth() {
+    let row = |slip: f64| WheelRow {
+        slip,
+        drawbar: 100.0 * (slip - 0.1),
+        torque: 20.0 * slip,
+        sinkage: 0.01 + 0.01 * slip,
+        stresses: (0..5).map(|k| [0.1 * f64::from(k), 1e3, -1e2]).collect(),
+    };
+    let mut view = WheelView {
+        title: "Forces".to_owned(),
+        load: 80.0,
+        radius: 0.2,
+        rows: vec![row(0.05), row(0.2), row(0.4)],
+    };
+    let html = page(vec![wheel_section(&view)]);
+    assert_sound(&html);
+    assert_eq!(figures(&html).len(), 7);
+    // D r (1 - s) / T: 10 x .2 x .8 / 4 = .4 at slip .2, 30 x .2 x .6 / 8 = .45 at slip .4; the pull there is 30 N of 80.
+    assert!(html.contains("pulls most at slip 0.40: 30.0\u{a0}N, 38\u{a0}% of its load"));
+    assert!(html.contains("most efficiently at slip 0.40, with 45\u{a0}% of its power"));
+    view.rows = vec![WheelRow {
+        slip: 0.1,
+        ..WheelRow::NONE
+    }];
+    let html = page(vec![wheel_section(&view)]);
+    assert_sound(&html);
+    assert!(html.contains("does not carry the wheel at any"));
+}
+
+/// The axis is that of the settled estimate: a start that knows nothing must not flatten what follows.
+#[test]
+fn an_estimate_is_told_over_time() {
+    let rows = 1000;
+    let sd = |k: usize| if k == 0 { 1e6 } else { 1.0 };
+    let channel = |name: &str| Channel {
+        name: name.to_owned(),
+        unit: "N".to_owned(),
+        value: (0..rows).map(|k| (k as f64 * 0.02).sin() * 10.0).collect(),
+        sd: (0..rows).map(sd).collect(),
+    };
+    let view = EstimateView {
+        title: "Forces".to_owned(),
+        time: (0..rows).map(|k| k as f64 * 0.01).collect(),
+        segments: vec![("a".to_owned(), 0), ("b".to_owned(), 400)],
+        flags: vec![("starting".to_owned(), 100), ("ok".to_owned(), 900)],
+        figures: vec![(
+            "Sides".to_owned(),
+            "Sum.".to_owned(),
+            vec![channel("side_force_left_N"), channel("side_force_right_N")],
+        )],
+    };
+    let html = page(vec![estimate_section(&view)]);
+    assert_sound(&html);
+    let panels = figures(&html);
+    assert_eq!(panels.len(), 2);
+    assert!(html.contains("1000 rows in 2 segments: 90\u{a0}% of them"));
+    for svg in panels {
+        let document = roxmltree::Document::parse(svg).unwrap();
+        let y: serde_json::Value =
+            serde_json::from_str(document.root_element().attribute("data-y").unwrap()).unwrap();
+        assert!(y["range"][0].as_f64().unwrap() > -20.0 && y["range"][1].as_f64().unwrap() < 20.0);
+        // Two segments are two lines.
+        let lines = document
+            .descendants()
+            .filter(|n| n.attribute("stroke-width") == Some("2"));
+        assert!(lines.filter(|n| n.has_tag_name("polyline")).count() >= 2);
+    }
+}
+
+/// Files have names of their own even where titles are the same, and hold what the page holds.
+#[test]
+fn figures_are_files() {
+    let sections = vec![
+        identify_section(&identification()),
+        identify_section(&identification()),
+    ];
+    let page = Page {
+        sections,
+        ..Page::default()
+    };
+    let files = page.figures();
+    let names: std::collections::BTreeSet<&str> = files.iter().map(|f| f.name.as_str()).collect();
+    assert_eq!((files.len(), names.len()), (12, 12));
+    let html = page.render().unwrap();
+    for file in &files {
+        assert!(html.contains(&format!("data-file=\"{}\"", file.name)));
+        roxmltree::Document::parse(&file.svg).unwrap();
+    }
+    let pull = files
+        .iter()
+        .find(|f| f.name == "drawbar-pull-against-slip-left")
+        .unwrap();
+    assert_eq!(
+        pull.csv,
+        "series,label,slip,slip_sd,drawbar_pull_N,drawbar_pull_sd_N\n\
+         predicted ± 1 sd,,0.1,,1,0.1\npredicted ± 1 sd,,0.2,,2,\n\
+         measured ± 1 sd,\"<a>, b\",0.2,0.01,2.1,0.1\n"
+    );
 }

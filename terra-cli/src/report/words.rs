@@ -24,9 +24,17 @@ impl Quantity {
 }
 
 /// Unit suffixes of the log columns, longest first.
-const SUFFIXES: [&str; 11] = [
-    "_rad_s2", "_rad_s", "_m_s2", "_m_s", "_N_m", "_kg", "_rad", "_N", "_A", "_s", "_m",
+const SUFFIXES: [&str; 12] = [
+    "_rad_s2", "_rad_s", "_m_s2", "_m_s", "_N_m", "_kg", "_rad", "_Pa", "_N", "_A", "_s", "_m",
 ];
+
+/// A column name before its unit, and the unit with its dash: (`drawbar_pull`, `_N`).
+pub(super) fn unit_suffix(name: &str) -> (&str, &str) {
+    SUFFIXES
+        .iter()
+        .find_map(|s| Some((name.strip_suffix(s)?, *s)))
+        .unwrap_or((name, ""))
+}
 const WHEELS: [(&str, &str); 4] = [
     ("_fl", " (front left)"),
     ("_fr", " (front right)"),
@@ -36,10 +44,7 @@ const WHEELS: [(&str, &str); 4] = [
 
 /// The channel `name` of the data (`wheel_torque_fl_N_m`) with its SI unit; sinkage is shown in millimetres.
 pub(super) fn quantity(name: &str, si: &str) -> Quantity {
-    let mut stem = name;
-    if let Some(rest) = SUFFIXES.iter().find_map(|s| stem.strip_suffix(s)) {
-        stem = rest;
-    }
+    let (mut stem, _) = unit_suffix(name);
     let mut wheel = "";
     for (token, words) in WHEELS {
         if let Some(rest) = stem.strip_suffix(token) {
