@@ -20,10 +20,13 @@ mod plot;
 mod profiles;
 mod scale;
 mod standalone;
+mod stress;
 mod svg;
 mod wheel;
 mod words;
 
+#[cfg(test)]
+mod browser;
 #[cfg(test)]
 mod tests;
 
@@ -31,7 +34,7 @@ pub use bevameter::{BevameterView, bevameter_section};
 pub use block::Section;
 pub use estimate::{Channel, EstimateView, estimate_section};
 pub use force_slip::{ForceSlip, MeasuredForces, Value};
-pub use gap::{Curve, GapCurves, Panel, Point, gap_section};
+pub use gap::{Curve, GapCurves, Panel, Point, Stresses, gap_section};
 pub use identify::{GroupView, IdentifyView, ParameterPath, identify_section};
 pub use page::Page;
 pub use profiles::{ProfilesView, profiles_section};

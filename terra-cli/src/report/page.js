@@ -17,15 +17,19 @@
     return e;
   };
 
-  // Numbers as the page writes them.
-  const show = (v) => {
-    if (v === 0) return "0";
-    const power = Math.floor(Math.log10(Math.abs(v)));
-    const text = power < -4 || power > 5 ? v.toExponential(3).replace("e", "\u00a0×\u00a010^").replace("+", "")
-      : v.toFixed(Math.max(0, 3 - power));
-    return text.replace(/-/g, "\u2212");
+  // Numbers as the page writes them: four digits, or as many as the sd knows.
+  const show = (v, unit, sd) => {
+    let text = "0";
+    const power = v === 0 ? 0 : Math.floor(Math.log10(Math.max(Math.abs(v), sd > 0 ? sd : 0)));
+    if (power < -4 || power > 5) {
+      text = v.toExponential(3).replace("e", "\u00a0×\u00a010^").replace("+", "");
+      if (sd > 0) text += " ± " + sd.toExponential(1).replace("e", "\u00a0×\u00a010^").replace("+", "");
+    } else if (sd > 0) {
+      const places = Math.min(12, Math.max(0, 1 - Math.floor(Math.log10(sd))));
+      text = v.toFixed(places) + " ± " + sd.toFixed(places);
+    } else if (v !== 0) text = String(+v.toFixed(Math.max(0, 3 - power)));
+    return text.replace(/-/g, "\u2212") + (unit ? "\u00a0" + unit : "");
   };
-  const withUnit = (text, unit) => (unit ? text + "\u00a0" + unit : text);
 
   const parse = (text) => {
     const rows = [];
@@ -354,13 +358,12 @@
     words(d) {
       const bar = this.y.ticks === 0;
       const axis = bar ? this.x : this.y, v = bar ? d.x : d.y, sd = bar ? d.xs : d.ys;
-      const value = show(v * axis.factor) + (sd > 0 ? " ± " + show(sd * axis.factor) : "");
-      return `${d.name}${d.label ? " (" + d.label + ")" : ""}: ${withUnit(value, axis.unit)}`;
+      return `${d.name}${d.label ? " (" + d.label + ")" : ""}: ${show(v * axis.factor, axis.unit, sd * axis.factor)}`;
     }
     heading(d) {
       if (this.y.ticks === 0) return "";
       const name = this.x.title.split(", ")[0];
-      return name + " " + withUnit(show(d.x * this.x.factor) + (d.xs > 0 ? " ± " + show(d.xs * this.x.factor) : ""), this.x.unit);
+      return name + " " + show(d.x * this.x.factor, this.x.unit, d.xs * this.x.factor);
     }
     tell(rows, at) {
       this.cursor.textContent = "";

@@ -7,6 +7,7 @@ use terra_data::{
     WheelData,
 };
 use terra_gap::{Diagnosis, RigPredictor, Settings, diagnose_rig};
+use terra_model::bevameter::{Curve, fit_plates};
 use terra_model::{Contact, ForceLaw, Registry, catalogue};
 
 use super::*;
@@ -104,7 +105,7 @@ fn diagnosis(slips: &[f64], e: f64) -> (Diagnosis, RigPredictor) {
 
 const SLIPS: [f64; 7] = [0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6];
 
-fn identification() -> IdentifyView {
+pub(super) fn identification() -> IdentifyView {
     let rows = 50;
     let fall = |k: usize| 0.5 * (-(k as f64) / 20.0).exp();
     IdentifyView {
@@ -144,7 +145,84 @@ fn identification() -> IdentifyView {
     }
 }
 
-fn page(sections: Vec<Section>) -> String {
+fn wheel() -> WheelView {
+    let row = |slip: f64| WheelRow {
+        slip,
+        drawbar: 100.0 * (slip - 0.1),
+        torque: 20.0 * slip,
+        sinkage: 0.01 + 0.01 * slip,
+        stresses: (0..5).map(|k| [0.1 * f64::from(k), 1e3, -1e2]).collect(),
+    };
+    WheelView {
+        title: "Forces".to_owned(),
+        load: 80.0,
+        radius: 0.2,
+        rows: vec![row(0.05), row(0.2), row(0.4)],
+    }
+}
+
+fn estimate() -> EstimateView {
+    let rows = 1000;
+    let sd = |k: usize| if k == 0 { 1e6 } else { 1.0 };
+    let channel = |name: &str| Channel {
+        name: name.to_owned(),
+        unit: "N".to_owned(),
+        value: (0..rows).map(|k| (k as f64 * 0.02).sin() * 10.0).collect(),
+        sd: (0..rows).map(sd).collect(),
+    };
+    EstimateView {
+        title: "Forces".to_owned(),
+        time: (0..rows).map(|k| k as f64 * 0.01).collect(),
+        segments: vec![("a".to_owned(), 0), ("b".to_owned(), 400)],
+        flags: vec![("starting".to_owned(), 100), ("ok".to_owned(), 900)],
+        figures: vec![(
+            "Sides".to_owned(),
+            "Sum.".to_owned(),
+            vec![channel("side_force_left_N"), channel("side_force_right_N")],
+        )],
+    }
+}
+
+/// One of each kind.
+pub(super) fn every_section() -> Vec<Section> {
+    let (d, predictor) = diagnosis(&SLIPS, 0.5);
+    // Bekker's law with n = 1: p = 2 MPa/m z.
+    let curve = Curve {
+        test: "<plate>".to_owned(),
+        given: 0.05,
+        points: (1..40)
+            .map(|k| (1e-3 * f64::from(k), 2e3 * f64::from(k)))
+            .collect(),
+    };
+    let plates = BevameterView {
+        title: "Soil".to_owned(),
+        shear: false,
+        fits: fit_plates(&[curve], 0.0, 1.0).unwrap(),
+    };
+    let profiles = ProfilesView {
+        title: "Identifiability".to_owned(),
+        lead: "Lead.".to_owned(),
+        undetermined: vec![],
+        profiles: vec![terra_mme::Profile {
+            name: "cohesion",
+            points: (-3..=3)
+                .map(|k| (10.0 + f64::from(k), f64::from(k * k)))
+                .collect(),
+            low: Some(8.0),
+            high: None,
+        }],
+    };
+    vec![
+        identify_section(&identification()),
+        gap_section(&d, Some(&GapCurves::of_rig(&d, &predictor))),
+        wheel_section(&wheel()),
+        estimate_section(&estimate()),
+        bevameter_section(&plates),
+        profiles_section(&profiles),
+    ]
+}
+
+pub(super) fn page(sections: Vec<Section>) -> String {
     Page {
         title: "A report".to_owned(),
         subtitle: "of a test".to_owned(),
@@ -234,13 +312,29 @@ fn a_found_effect_is_told_in_all_sections() {
     }
     assert!(html.contains("One known effect explains the gap: slip-sinkage"));
     assert!(html.contains("a &lt;note&gt;") && html.contains("not calibrated"));
-    // The waterfall and three channels, the before curve dashed and the after curve not.
+    // The waterfall, three channels and two stresses, the before curve dashed and the after curve not.
     let figures = figures(&html);
-    assert_eq!(figures.len(), 4);
+    assert_eq!(figures.len(), 6);
     for svg in &figures[1..] {
         assert!(svg.contains("stroke=\"var(--before)\" stroke-dasharray="));
         assert!(svg.contains("stroke=\"var(--after)\" stroke-width"));
     }
+}
+
+/// Stress falls to nothing where the rim leaves and enters the soil; slip-sinkage puts more of the rim into it.
+#[test]
+fn stresses_are_those_of_both_laws() {
+    let (d, predictor) = diagnosis(&SLIPS, 0.5);
+    let stresses = GapCurves::of_rig(&d, &predictor).stresses;
+    assert_eq!((stresses.slip, stresses.load), (0.3, 245.25));
+    for profile in [&stresses.before, &stresses.after] {
+        let most = profile.iter().map(|p| p[1]).fold(0.0, f64::max);
+        assert!(most > 1e3);
+        for end in [profile.first(), profile.last()] {
+            assert!(end.unwrap()[1].abs() < 1e-3 * most);
+        }
+    }
+    assert_eq!(d.accepted_names, ["slip-sinkage"]);
 }
 
 /// The law that made the readings runs through them: magnitude and soil were recovered to within the noise.
@@ -350,19 +444,7 @@ fn an_identification_is_told_with_its_figures() {
 /// A pulling wheel and its stresses; a soil that does not carry it says so.
 #[test]
 fn a_wheel_is_told_with_stresses_and_worth() {
-    let row = |slip: f64| WheelRow {
-        slip,
-        drawbar: 100.0 * (slip - 0.1),
-        torque: 20.0 * slip,
-        sinkage: 0.01 + 0.01 * slip,
-        stresses: (0..5).map(|k| [0.1 * f64::from(k), 1e3, -1e2]).collect(),
-    };
-    let mut view = WheelView {
-        title: "Forces".to_owned(),
-        load: 80.0,
-        radius: 0.2,
-        rows: vec![row(0.05), row(0.2), row(0.4)],
-    };
+    let mut view = wheel();
     let html = page(vec![wheel_section(&view)]);
     assert_sound(&html);
     assert_eq!(figures(&html).len(), 7);
@@ -381,25 +463,7 @@ fn a_wheel_is_told_with_stresses_and_worth() {
 /// The axis is that of the settled estimate: a start that knows nothing must not flatten what follows.
 #[test]
 fn an_estimate_is_told_over_time() {
-    let rows = 1000;
-    let sd = |k: usize| if k == 0 { 1e6 } else { 1.0 };
-    let channel = |name: &str| Channel {
-        name: name.to_owned(),
-        unit: "N".to_owned(),
-        value: (0..rows).map(|k| (k as f64 * 0.02).sin() * 10.0).collect(),
-        sd: (0..rows).map(sd).collect(),
-    };
-    let view = EstimateView {
-        title: "Forces".to_owned(),
-        time: (0..rows).map(|k| k as f64 * 0.01).collect(),
-        segments: vec![("a".to_owned(), 0), ("b".to_owned(), 400)],
-        flags: vec![("starting".to_owned(), 100), ("ok".to_owned(), 900)],
-        figures: vec![(
-            "Sides".to_owned(),
-            "Sum.".to_owned(),
-            vec![channel("side_force_left_N"), channel("side_force_right_N")],
-        )],
-    };
+    let view = estimate();
     let html = page(vec![estimate_section(&view)]);
     assert_sound(&html);
     let panels = figures(&html);

@@ -1,12 +1,10 @@
 //! One wheel on a known soil: forces, what they are worth, and the stresses under the rim.
 
 use super::block::{Figure, Section};
-use super::data::{Datum, Look, Series};
 use super::force_slip::{ForceSlip, forces, tractive_efficiency};
 use super::number::{number, share};
-use super::paint::{Paint, SERIES};
-use super::plot::{Layout, Panel, Plot};
-use super::scale::Axis;
+use super::paint::Paint;
+use super::stress::{Profile, panels};
 
 /// Slips whose stresses are drawn.
 const PROFILES: usize = 4;
@@ -128,68 +126,17 @@ fn chosen(view: &WheelView) -> Vec<&WheelRow> {
 }
 
 fn stress_figure(rows: &[&WheelRow]) -> Figure {
-    let panels = [
-        ("Normal stress", "normal_stress_Pa", 1),
-        ("Shear stress", "shear_stress_Pa", 2),
-    ];
-    Figure::new(
-        panels
-            .iter()
-            .map(|(title, name, k)| stress_panel(rows, title, name, *k))
-            .collect(),
-        "Stress of the ground on the rim, by angle from straight below the axle; the wheel enters the soil at the right.",
-    )
-}
-
-fn stress_panel(rows: &[&WheelRow], title: &str, name: &str, column: usize) -> Panel {
-    const DEGREE: f64 = 180.0 / std::f64::consts::PI;
-    let series: Vec<Series> = rows
+    let profiles: Vec<Profile<'_>> = rows
         .iter()
         .enumerate()
-        .map(|(k, r)| {
-            let points = r
-                .stresses
-                .iter()
-                .filter_map(|p| Some(Datum::at(p[0], *p.get(column)?)));
-            Series::new(
-                format!("slip {}", number(r.slip, 2)),
-                Look::Line(Paint::Series(k % SERIES)),
-                points.collect(),
-            )
+        .map(|(k, r)| Profile {
+            name: format!("slip {}", number(r.slip, 2)),
+            paint: Paint::Series(k),
+            points: &r.stresses,
         })
         .collect();
-    let said: Vec<String> = series
-        .iter()
-        .filter_map(|s| {
-            let most = s
-                .data
-                .iter()
-                .max_by(|a, b| a.y.abs().total_cmp(&b.y.abs()))?;
-            Some(format!(
-                "{}: {} kPa at {} deg",
-                s.name,
-                number(1e-3 * most.y, 3),
-                number(DEGREE * most.x, 3)
-            ))
-        })
-        .collect();
-    let all = || series.iter().flat_map(Series::extent);
-    let plot = Plot {
-        layout: Layout::PANEL,
-        x: Axis::over("angle, deg", all().map(|p| DEGREE * p.0), 5).named(
-            "angle_rad",
-            "deg",
-            DEGREE,
-        ),
-        y: Axis::over(
-            format!("{title}, kPa"),
-            all().map(|p| 1e-3 * p.1).chain([0.0]),
-            5,
-        )
-        .named(name, "kPa", 1e-3),
-        title: format!("{title} along the contact"),
-        description: format!("Largest: {}.", said.join("; ")),
-        series,
-    };
-    plot.draw()
+    Figure::new(
+        panels(&profiles),
+        "Stress of the ground on the rim, by angle from straight below the axle; the wheel enters the soil at the right.",
+    )
 }

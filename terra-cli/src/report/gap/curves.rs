@@ -9,6 +9,7 @@ use super::super::paint::Paint;
 use super::super::plot::{self, Layout, Plot};
 use super::super::scale::Axis;
 use super::super::words::{quantity, unit_after};
+use super::stress::{self, Stresses};
 
 /// Steps of slip of a curve.
 const STEPS: usize = 80;
@@ -61,6 +62,8 @@ pub struct GapCurves {
     pub panels: Vec<Panel>,
     /// Groups beyond the largest ones, which have no panels.
     pub left_out: usize,
+    /// Stress along the contact in the largest group.
+    pub stresses: Stresses,
 }
 
 impl GapCurves {
@@ -91,7 +94,12 @@ impl GapCurves {
                 (0..d.data.channels.len()).filter_map(|c| panel(d, predictor, name, rows, c))
             })
             .collect();
-        GapCurves { panels, left_out }
+        let largest = groups.first().map_or(&[][..], |g| g.1.as_slice());
+        GapCurves {
+            stresses: Stresses::of_rig(d, predictor, largest),
+            panels,
+            left_out,
+        }
     }
 }
 
@@ -160,7 +168,7 @@ fn panel(
     })
 }
 
-fn median(mut values: Vec<f64>) -> f64 {
+pub(super) fn median(mut values: Vec<f64>) -> f64 {
     values.sort_by(f64::total_cmp);
     values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
 }
@@ -171,6 +179,7 @@ pub(super) fn write(s: &mut Section, d: &Diagnosis, curves: Option<&GapCurves>) 
     };
     s.heading("Measured and simulated");
     s.figure(figure(d, curves));
+    stress::write(s, d, &curves.stresses);
 }
 
 fn elsewhere(panel: &Panel, point: &Point) -> bool {

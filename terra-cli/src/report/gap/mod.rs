@@ -5,6 +5,7 @@ mod curves;
 mod data;
 mod place;
 mod soil;
+mod stress;
 mod verdict;
 mod waterfall;
 
@@ -16,6 +17,7 @@ use terra_model::{AnyEffect, Registry};
 use super::block::Section;
 
 pub use curves::{Curve, GapCurves, Panel, Point};
+pub use stress::Stresses;
 
 /// The sim-to-real diagnosis as a section: verdict, waterfall, curves, where, causes, soil, look-alikes and next
 /// experiments, data.
