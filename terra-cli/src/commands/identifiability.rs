@@ -42,6 +42,8 @@ struct Answer {
     infeasible: usize,
     found: Identifiability,
     profiles: Vec<Profile>,
+    /// Units of the profiled parameters.
+    units: Vec<&'static str>,
     pairs: Vec<Pair>,
     soils: usize,
     candidates: Vec<Contact<f64>>,
@@ -60,7 +62,12 @@ pub(crate) fn run(args: &IdentifiabilityArgs) -> Result<(), CliError> {
             title: "Identifiability".to_owned(),
             lead: lead(&answer),
             undetermined: answer.found.undetermined.clone(),
-            profiles: answer.profiles.clone(),
+            profiles: answer
+                .profiles
+                .iter()
+                .zip(&answer.units)
+                .map(|(p, unit)| (p.clone(), (*unit).to_owned()))
+                .collect(),
         })],
         provenance: vec![("terra".to_owned(), env!("CARGO_PKG_VERSION").to_owned())],
     })?;
@@ -194,6 +201,7 @@ fn ask(args: &IdentifiabilityArgs, noise: DesignNoise) -> Result<Answer, CliErro
         law,
         infeasible,
         found,
+        units: space.units(),
         profiles,
         pairs,
         candidates,

@@ -20,6 +20,11 @@ fn browser() -> Option<PathBuf> {
         .find(|file| file.is_file())
 }
 
+#[allow(clippy::print_stderr)] // Somebody who runs the tests must see what was not tested.
+fn skipped() {
+    eprintln!("skipped: no Chromium in PATH, and CHROMIUM is not set");
+}
+
 /// What the page is after its script ran, and what the browser logged.
 fn rendered(program: &Path, folder: &Path, html: &str) -> (String, String) {
     let file = folder.join("page.html");
@@ -60,8 +65,7 @@ fn rendered(program: &Path, folder: &Path, html: &str) -> (String, String) {
 #[test]
 fn every_kind_of_section_runs_without_a_word_on_the_console() {
     let Some(program) = browser() else {
-        eprintln!("skipped: no Chromium in PATH, and CHROMIUM is not set");
-        return;
+        return skipped();
     };
     let folder = tempfile::tempdir().unwrap();
     let html = page(every_section());
@@ -77,8 +81,7 @@ fn every_kind_of_section_runs_without_a_word_on_the_console() {
 #[test]
 fn a_figure_answers_keys_pointer_and_buttons() {
     let Some(program) = browser() else {
-        eprintln!("skipped: no Chromium in PATH, and CHROMIUM is not set");
-        return;
+        return skipped();
     };
     let folder = tempfile::tempdir().unwrap();
     let mut view = super::tests::identification();

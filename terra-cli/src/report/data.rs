@@ -94,6 +94,9 @@ impl Series {
     }
 }
 
+/// What a column says of a datum.
+type Cell = fn(&Datum) -> String;
+
 /// The series as CSV: `series,label,x,x_sd,y,y_sd` under the names and units of the axes. Columns that nothing fills
 /// are left out; numbers are exact.
 pub(super) fn csv(x: &Axis, y: &Axis, series: &[Series]) -> String {
@@ -102,7 +105,7 @@ pub(super) fn csv(x: &Axis, y: &Axis, series: &[Series]) -> String {
             .iter()
             .flat_map(|s| s.data.iter().filter(|d| d.is_finite()).map(move |d| (s, d)))
     };
-    let all: [(String, fn(&Datum) -> String); 5] = [
+    let all: [(String, Cell); 5] = [
         ("label".to_owned(), |d| quoted(&d.label)),
         (x.column(), |d| cell(d.x)),
         (x.sd_column(), |d| cell(d.x_sd)),

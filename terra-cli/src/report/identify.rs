@@ -9,7 +9,7 @@ use super::paint::{Paint, SERIES};
 use super::plot::{Layout, Panel, Plot};
 use super::scale::Axis;
 use super::svg::{Anchor, Px};
-use super::words::{capital, join_some, unit, unit_after};
+use super::words::{capital, join_some, parameter, parameter_unit, unit_after};
 
 /// Probability a hypothesis must once have had to get a line.
 const SEEN: f64 = 0.02;
@@ -339,11 +339,11 @@ fn path(g: &GroupView, p: &ParameterPath) -> Panel {
             refined.into_iter().collect(),
         ),
     ];
-    let words = p.name.replace('_', " ");
-    let (unit, factor) = shown_unit(&p.unit, &p.mean);
+    let words = parameter(&p.name);
+    let (unit, factor) = parameter_unit(&p.unit, p.mean.iter().copied());
     let title = match unit.as_str() {
-        "" => capital(&words),
-        unit => format!("{}, {unit}", capital(&words)),
+        "" => words.clone(),
+        unit => format!("{words}, {unit}"),
     };
     let ys = || series.iter().flat_map(Series::extent).map(|e| e.1 * factor);
     let said = |v: Option<(f64, f64)>| {
@@ -355,7 +355,7 @@ fn path(g: &GroupView, p: &ParameterPath) -> Panel {
         layout: Layout::PANEL,
         x: step_axis(g, 4),
         y: Axis::over(title.clone(), ys(), 5).named(&p.name, &unit, factor),
-        title: format!("{}, {}", capital(&words), g.name),
+        title: format!("{words}, {}", g.name),
         description: format!(
             "{} at the end; refined {}.",
             said(last),
@@ -364,16 +364,4 @@ fn path(g: &GroupView, p: &ParameterPath) -> Panel {
         series,
     };
     plot.draw()
-}
-
-/// A unit in which the numbers of an axis stay short.
-fn shown_unit(si: &str, values: &[f64]) -> (String, f64) {
-    let most = values.iter().fold(0.0f64, |a, v| a.max(v.abs()));
-    match si {
-        "Pa" => ("kPa".to_owned(), 1e-3),
-        "rad" => ("deg".to_owned(), 180.0 / std::f64::consts::PI),
-        "m" if most < 0.5 => ("mm".to_owned(), 1e3),
-        si if si.starts_with("N/m") && most >= 1e4 => (format!("k{}", unit(si)), 1e-3),
-        si => (unit(si), 1.0),
-    }
 }

@@ -123,6 +123,7 @@
         if (!this.lines.has(d.name)) this.lines.set(d.name, []);
         this.lines.get(d.name).push(d);
       }
+      for (const line of this.lines.values()) line.sort((a, b) => a.px - b.px);
       this.order = [...this.data].sort((a, b) => a.px - b.px);
     }
 
@@ -346,8 +347,8 @@
         if (this.hidden.has(line[0].group.dataset.key)) continue;
         const nearest = line.reduce((a, b) => (Math.abs(b.px - x) < Math.abs(a.px - x) ? b : a));
         // Not beyond the ends of a curve.
-        const reach = (this.range[1] - this.range[0]) / 25;
-        if (Math.abs(nearest.px - x) < reach) rows.push(nearest);
+        const reach = Math.abs(this.range[1] - this.range[0]) / 25;
+        if (line[0].px - reach <= x && x <= line[line.length - 1].px + reach) rows.push(nearest);
       }
       if (!rows.length) {
         if (!this.data.some((d) => d.line)) this.clear();

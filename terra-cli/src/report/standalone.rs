@@ -42,17 +42,17 @@ fn standalone(svg: &str) -> String {
         let (_, rest) = head.split_once(&format!(" {name}=\""))?;
         Some(rest.split_once('"')?.0)
     };
+    let number = |text: Option<&str>| text.and_then(|t| t.parse::<f64>().ok()).unwrap_or(0.0);
     let size = attribute("viewBox").unwrap_or_default();
-    let width = size.split(' ').nth(2).unwrap_or_default();
-    let height = attribute("data-export").unwrap_or_default();
+    // A little room around.
+    let width = number(size.split(' ').nth(2)) + 16.0;
+    let height = number(attribute("data-export")) + 8.0;
     let mut body = body.replace("class=\"alone\" display=\"none\"", "class=\"alone\"");
     for (name, value) in palette() {
         body = body.replace(&format!("var(--{name})"), value);
     }
     format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" viewBox=\"-8 -4 {} {}\" font-family=\"sans-serif\"><rect x=\"-8\" y=\"-4\" width=\"100%\" height=\"100%\" fill=\"#ffffff\"/>{body}",
-        width.parse::<f64>().unwrap_or(0.0) + 16.0,
-        height.parse::<f64>().unwrap_or(0.0) + 8.0,
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" viewBox=\"-8 -4 {width} {height}\" font-family=\"sans-serif\"><rect x=\"-8\" y=\"-4\" width=\"100%\" height=\"100%\" fill=\"#ffffff\"/>{body}"
     )
 }
 

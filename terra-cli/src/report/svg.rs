@@ -44,9 +44,9 @@ impl Svg {
     pub(super) fn open_clipped(&mut self, ((left, top), (right, bottom)): (Px, Px)) {
         let [x, y] = [left - EDGE, top - EDGE];
         let [w, h] = [right - left + 2.0 * EDGE, bottom - top + 2.0 * EDGE];
-        let _ = write!(
+        let _ = writeln!(
             self.text,
-            "<svg class=\"marks\" x=\"{x}\" y=\"{y}\" width=\"{w}\" height=\"{h}\" viewBox=\"{x} {y} {w} {h}\">\n"
+            "<svg class=\"marks\" x=\"{x}\" y=\"{y}\" width=\"{w}\" height=\"{h}\" viewBox=\"{x} {y} {w} {h}\">"
         );
     }
 

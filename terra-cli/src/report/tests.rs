@@ -203,14 +203,17 @@ pub(super) fn every_section() -> Vec<Section> {
         title: "Identifiability".to_owned(),
         lead: "Lead.".to_owned(),
         undetermined: vec![],
-        profiles: vec![terra_mme::Profile {
-            name: "cohesion",
-            points: (-3..=3)
-                .map(|k| (10.0 + f64::from(k), f64::from(k * k)))
-                .collect(),
-            low: Some(8.0),
-            high: None,
-        }],
+        profiles: vec![(
+            terra_mme::Profile {
+                name: "cohesion",
+                points: (-3..=3)
+                    .map(|k| (10.0 + f64::from(k), f64::from(k * k)))
+                    .collect(),
+                low: Some(8.0),
+                high: None,
+            },
+            "Pa".to_owned(),
+        )],
     };
     vec![
         identify_section(&identification()),

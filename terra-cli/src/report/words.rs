@@ -93,6 +93,29 @@ pub(super) fn unit(si: &str) -> String {
     }
 }
 
+/// A soil parameter in words; symbols (`k_phi`, `c1`) stay as they are.
+pub(super) fn parameter(name: &str) -> String {
+    if name.starts_with("k_") || name.len() <= 3 {
+        name.to_owned()
+    } else {
+        capital(&name.replace('_', " "))
+    }
+}
+
+/// The unit in which a soil parameter's numbers stay short on an axis, and its shown value of one SI unit.
+pub(super) fn parameter_unit(si: &str, values: impl IntoIterator<Item = f64>) -> (String, f64) {
+    let finite = values.into_iter().filter(|v| v.is_finite());
+    let most = finite.fold(0.0f64, |a, v| a.max(v.abs()));
+    match si {
+        "Pa" => ("kPa".to_owned(), 1e-3),
+        "rad" => ("deg".to_owned(), 180.0 / std::f64::consts::PI),
+        "m" if most < 0.5 => ("mm".to_owned(), 1e3),
+        si if si.starts_with("N/m") && most >= 1e7 => (format!("M{}", unit(si)), 1e-6),
+        si if si.starts_with("N/m") && most >= 1e4 => (format!("k{}", unit(si)), 1e-3),
+        si => (unit(si), 1.0),
+    }
+}
+
 /// A value with its unit, if any.
 pub(super) fn unit_after(value: &str, unit: &str) -> String {
     if unit.is_empty() {

@@ -3,6 +3,7 @@
 mod causes;
 mod curves;
 mod data;
+mod misfit;
 mod place;
 mod soil;
 mod stress;
@@ -34,6 +35,9 @@ pub fn gap_section(d: &Diagnosis, curves: Option<&GapCurves>) -> Section {
     waterfall::write(&mut s, d);
     curves::write(&mut s, d, curves);
     place::write(&mut s, d);
+    if curves.is_none() {
+        misfit::write(&mut s, d);
+    }
     causes::write(&mut s, d);
     soil::write(&mut s, d);
     causes::write_look_alikes(&mut s, d);
