@@ -199,10 +199,14 @@ fn figure(d: &Diagnosis, curves: &GapCurves) -> Figure {
             loads.push(text);
         }
     }
-    let mut caption = format!(
-        "Curves at the median normal load, {}. Error bars are those of the sensors; an error of slip or load also moves the curves.",
-        loads.join(", ")
-    );
+    let mut caption = if curves.panels.iter().all(|p| p.before.is_empty()) {
+        "Error bars are those of the sensors.".to_owned()
+    } else {
+        format!(
+            "Curves at the median normal load, {}. Error bars are those of the sensors; an error of slip or load also moves the curves.",
+            loads.join(", ")
+        )
+    };
     if curves.left_out > 0 {
         caption.push_str(&format!(
             " {} with fewer rows not shown.",
