@@ -65,6 +65,27 @@ pub(crate) fn claim(outputs: &[Option<&Path>], inputs: &[&Path]) -> Result<(), C
     Ok(())
 }
 
+/// As [`claim`], with the page and the folder of a report.
+pub(crate) fn claim_with(
+    report: &ReportArgs,
+    outputs: &[Option<&Path>],
+    inputs: &[&Path],
+) -> Result<(), CliError> {
+    let all: Vec<Option<&Path>> = outputs
+        .iter()
+        .copied()
+        .chain([report.html.as_deref()])
+        .collect();
+    claim(&all, inputs)?;
+    match &report.figures {
+        Some(folder) => std::fs::create_dir_all(folder).map_err(|reason| CliError::Write {
+            target: folder.display().to_string(),
+            reason,
+        }),
+        None => Ok(()),
+    }
+}
+
 /// Writes a report: its page, and its figures one by one, where they were asked for.
 pub(crate) fn report(args: &ReportArgs, page: impl FnOnce() -> Page) -> Result<(), CliError> {
     if args.html.is_none() && args.figures.is_none() {
@@ -75,10 +96,6 @@ pub(crate) fn report(args: &ReportArgs, page: impl FnOnce() -> Page) -> Result<(
         text(Some(path), &page.render()?)?;
     }
     if let Some(folder) = &args.figures {
-        std::fs::create_dir_all(folder).map_err(|reason| CliError::Write {
-            target: folder.display().to_string(),
-            reason,
-        })?;
         for figure in page.figures() {
             let file = |ending: &str| folder.join(format!("{}.{ending}", figure.name));
             text(Some(&file("svg")), &figure.svg)?;

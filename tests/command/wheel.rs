@@ -210,4 +210,10 @@ fn a_page_and_its_figures_hold_the_numbers_of_the_table() {
     let last = *efficiency.full("tractive_efficiency").last().unwrap();
     let torque = *table.full("torque_N_m").last().unwrap();
     assert!((last - pull.last().unwrap() * 0.254 * 0.1 / torque).abs() < 1e-9);
+    // A folder that cannot be is refused like any other output.
+    let done = terra(
+        &to,
+        "wheel --terrain dry_sand --radius_m 0.254 --width_m 0.15 --load_N 245.25 --slip 0.1 --figures table.csv",
+    );
+    assert_eq!((done.code, done.out.as_str()), (4, ""), "{}", done.err);
 }

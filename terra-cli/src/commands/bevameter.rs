@@ -11,10 +11,7 @@ pub(crate) fn run(args: &BevameterArgs) -> Result<(), CliError> {
         .into_iter()
         .flatten()
         .collect();
-    output::claim(
-        &[args.json.as_deref(), args.report.html.as_deref()],
-        &inputs,
-    )?;
+    output::claim_with(&args.report, &[args.json.as_deref()], &inputs)?;
     let kind = match args.kind {
         BevameterKind::Plate => Kind::Plate,
         BevameterKind::Shear => Kind::Shear,

@@ -28,8 +28,7 @@ pub(crate) struct Asked<'a> {
 
 pub(crate) fn run(asked: &Asked<'_>, quiet: bool) -> Result<(), CliError> {
     let (log, rover_path) = (asked.log, asked.rover);
-    let html = asked.report.html.as_deref();
-    output::claim(&[asked.out, html], &[log, rover_path])?;
+    output::claim_with(asked.report, &[asked.out], &[log, rover_path])?;
     let (rover, rover_sha) = rover(rover_path)?;
     let file = LogFile::open(log)?;
     if file.kind(&rover)? == LogKind::Rig {

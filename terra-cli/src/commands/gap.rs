@@ -179,10 +179,7 @@ pub(crate) fn diagnose(
 pub(crate) fn run(args: &GapArgs, quiet: bool) -> Result<(), CliError> {
     let mut inputs: Vec<&Path> = vec![&args.log, &args.rover];
     inputs.extend(args.sim.as_deref());
-    output::claim(
-        &[args.json.as_deref(), args.report.html.as_deref()],
-        &inputs,
-    )?;
+    output::claim_with(&args.report, &[args.json.as_deref()], &inputs)?;
     let settings = |rover: &Rover, kind: LogKind| -> Result<Settings, CliError> {
         let mut settings = Settings::of(rover);
         settings.combine = args.combine.into();

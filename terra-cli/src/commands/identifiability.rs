@@ -52,7 +52,7 @@ struct Answer {
 }
 
 pub(crate) fn run(args: &IdentifiabilityArgs) -> Result<(), CliError> {
-    output::claim(&[args.json.as_deref(), args.report.html.as_deref()], &[])?;
+    output::claim_with(&args.report, &[args.json.as_deref()], &[])?;
     let noise = noise(&args.noise)?;
     let answer = ask(args, noise)?;
     output::report(&args.report, || report::Page {

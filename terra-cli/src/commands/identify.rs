@@ -20,10 +20,8 @@ use crate::progress::Spinner;
 use crate::report;
 
 pub(crate) fn run(args: &IdentifyArgs, quiet: bool) -> Result<(), CliError> {
-    output::claim(
-        &[args.json.as_deref(), args.report.html.as_deref()],
-        &[&args.log, &args.rover],
-    )?;
+    let inputs: [&Path; 2] = [&args.log, &args.rover];
+    output::claim_with(&args.report, &[args.json.as_deref()], &inputs)?;
     let (rover, rover_sha) = rover(&args.rover)?;
     let registry = Registry::builtin();
     let folder = args.rover.parent().unwrap_or(Path::new(""));

@@ -16,14 +16,8 @@ const POINTS: usize = 101;
 
 pub(crate) fn run(args: &WheelArgs) -> Result<(), CliError> {
     let stress_file = args.csv.as_deref().filter(|_| args.stress).map(stress_path);
-    output::claim(
-        &[
-            args.csv.as_deref(),
-            stress_file.as_deref(),
-            args.report.html.as_deref(),
-        ],
-        &[],
-    )?;
+    let tables = [args.csv.as_deref(), stress_file.as_deref()];
+    output::claim_with(&args.report, &tables, &[])?;
     let slips = slips(&args.slip)?;
     let (law, magnitudes) = law(&Registry::builtin(), &args.model)?;
     let mut p = parameters(&args.terrain, &law, &args.set)?;

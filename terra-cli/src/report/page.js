@@ -177,6 +177,7 @@
       });
       view.addEventListener("pointerdown", (e) => {
         const at = this.point(e);
+        if (e.pointerType === "touch") this.hover(at);
         if (e.button !== 0 || e.pointerType === "touch" || !this.inside(at)) return;
         from = last = at;
         view.setPointerCapture(e.pointerId);
@@ -195,7 +196,8 @@
       };
       view.addEventListener("pointerup", end);
       view.addEventListener("pointercancel", end);
-      view.addEventListener("pointerleave", () => this.clear());
+      // What a finger asked for stays when it is lifted.
+      view.addEventListener("pointerleave", (e) => e.pointerType !== "touch" && this.clear());
       view.addEventListener("blur", () => this.clear());
       view.addEventListener("dblclick", () => this.show(this.home));
       // A page must scroll on past its figures: the wheel zooms one that was chosen by a click, or with Ctrl.

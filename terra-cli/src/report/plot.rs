@@ -9,6 +9,8 @@ use super::paint::Paint;
 use super::scale::Axis;
 use super::svg::{Anchor, Px, Svg, escape};
 
+/// Points from which they are drawn smaller.
+const MANY: usize = 60;
 /// Thickness of a bar \[px\].
 pub(super) const BAR: f64 = 16.0;
 /// Pitch of the rows of an exported legend, its first one below the figure, and widths of a sample and a letter \[px\].
@@ -217,8 +219,9 @@ impl Canvas<'_> {
                 }
             }
             Look::Points { hollow } => {
+                let radius = if s.data.len() > MANY { 2.6 } else { 4.0 };
                 for d in s.data.iter().filter(|d| d.is_finite()) {
-                    self.point(d, hollow);
+                    self.point(d, radius, hollow);
                 }
             }
             Look::Dots => {
@@ -262,7 +265,7 @@ impl Canvas<'_> {
     }
 
     /// A measured point with one sd each way where it is known.
-    fn point(&mut self, d: &Datum, hollow: bool) {
+    fn point(&mut self, d: &Datum, radius: f64, hollow: bool) {
         let at = self.at(d.x, d.y);
         if d.x_sd.is_finite() {
             let ends = [self.at(d.x - d.x_sd, d.y), self.at(d.x + d.x_sd, d.y)];
@@ -272,9 +275,9 @@ impl Canvas<'_> {
             let ends = [self.at(d.x, d.y - d.y_sd), self.at(d.x, d.y + d.y_sd)];
             self.svg.line(&ends, Paint::Ink, 1.0);
         }
-        self.svg.dot(at, 4.0, Paint::Ink);
+        self.svg.dot(at, radius, Paint::Ink);
         if hollow {
-            self.svg.dot(at, 2.4, Paint::Paper);
+            self.svg.dot(at, 0.6 * radius, Paint::Paper);
         }
     }
 

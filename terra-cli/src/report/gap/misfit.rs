@@ -42,7 +42,7 @@ pub(super) fn write(s: &mut Section, d: &Diagnosis) {
     s.figure(Figure::new(
         panels,
         format!(
-            "Measured less simulated of each window, in standard deviations of its noise, against {}: a simulator that lacks nothing scatters about zero by one. Channels that fit worst first.",
+            "Measured less simulated of each window, in standard deviations of its noise (noise that channels share is taken apart), against {}: a simulator that lacks nothing scatters about zero by one. Channels that fit worst first.",
             factor(along).0
         ),
     ));
