@@ -105,7 +105,7 @@
       const [head, ...rows] = parse(this.csv);
       const column = (name) => head.indexOf(name);
       const at = { label: column("label"), x: column(this.x.name), y: column(this.y.name), xs: column(this.x.sd), ys: column(this.y.sd) };
-      const number = (row, k) => (k < 0 || row[k] === "" ? NaN : +row[k]);
+      const number = (row, k) => (k < 0 || row[k] === "" ? undefined : +row[k]);
       const place = (axis, v) => (axis.log ? Math.log10(v * axis.factor) : v * axis.factor);
       const keys = {};
       for (const g of this.svg.querySelectorAll(".marks g")) keys[g.dataset.name] = g;
