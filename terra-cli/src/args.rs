@@ -138,6 +138,8 @@ pub(crate) enum Command {
         /// File to write (CSV; standard output when absent).
         #[arg(long)]
         out: Option<PathBuf>,
+        #[command(flatten)]
+        report: ReportArgs,
     },
     /// What soil is it? Posterior over hypotheses, refined parameters, and what this log cannot tell.
     Identify(IdentifyArgs),
@@ -412,6 +414,19 @@ pub(crate) struct WheelArgs {
     /// File to write (standard output when absent); stresses go to FILE with .stress before its extension.
     #[arg(long, value_name = "FILE")]
     pub(crate) csv: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) report: ReportArgs,
+}
+
+/// The report that a command can write beside its result.
+#[derive(Clone, Debug, clap::Args)]
+pub(crate) struct ReportArgs {
+    /// HTML report to write: one file, figures inside, nothing fetched.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) html: Option<PathBuf>,
+    /// Folder for each figure of that report as SVG, and its numbers as CSV.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) figures: Option<PathBuf>,
 }
 
 #[derive(Debug, clap::Args)]
@@ -428,9 +443,8 @@ pub(crate) struct BevameterArgs {
     /// JSON to write.
     #[arg(long, value_name = "FILE")]
     pub(crate) json: Option<PathBuf>,
-    /// HTML report with plots to write.
-    #[arg(long, value_name = "FILE")]
-    pub(crate) html: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) report: ReportArgs,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -473,9 +487,8 @@ pub(crate) struct IdentifyArgs {
     /// JSON to write (a summary goes to standard output).
     #[arg(long, value_name = "FILE")]
     pub(crate) json: Option<PathBuf>,
-    /// HTML report to write.
-    #[arg(long, value_name = "FILE")]
-    pub(crate) html: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) report: ReportArgs,
 }
 
 #[derive(Debug, clap::Args)]
@@ -527,9 +540,8 @@ pub(crate) struct IdentifiabilityArgs {
     /// JSON to write (a summary goes to standard output).
     #[arg(long, value_name = "FILE")]
     pub(crate) json: Option<PathBuf>,
-    /// HTML report with the profiles to write.
-    #[arg(long, value_name = "FILE")]
-    pub(crate) html: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) report: ReportArgs,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -635,9 +647,8 @@ pub(crate) struct GapArgs {
     /// JSON to write.
     #[arg(long, value_name = "FILE")]
     pub(crate) json: Option<PathBuf>,
-    /// HTML report to write.
-    #[arg(long, value_name = "FILE")]
-    pub(crate) html: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) report: ReportArgs,
 }
 
 impl GapArgs {

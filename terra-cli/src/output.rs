@@ -6,7 +6,9 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 use terra_data::atomic_write;
 
+use crate::args::ReportArgs;
 use crate::error::CliError;
+use crate::report::Page;
 
 /// Writes text to standard output. A closed pipe ends the command without an error.
 pub(crate) fn stdout(text: &str) -> Result<(), CliError> {
@@ -59,6 +61,46 @@ pub(crate) fn claim(outputs: &[Option<&Path>], inputs: &[&Path]) -> Result<(), C
             ));
         }
         taken.push(place);
+    }
+    Ok(())
+}
+
+/// As [`claim`], with the page and the folder of a report.
+pub(crate) fn claim_with(
+    report: &ReportArgs,
+    outputs: &[Option<&Path>],
+    inputs: &[&Path],
+) -> Result<(), CliError> {
+    let all: Vec<Option<&Path>> = outputs
+        .iter()
+        .copied()
+        .chain([report.html.as_deref()])
+        .collect();
+    claim(&all, inputs)?;
+    match &report.figures {
+        Some(folder) => std::fs::create_dir_all(folder).map_err(|reason| CliError::Write {
+            target: folder.display().to_string(),
+            reason,
+        }),
+        None => Ok(()),
+    }
+}
+
+/// Writes a report: its page, and its figures one by one, where they were asked for.
+pub(crate) fn report(args: &ReportArgs, page: impl FnOnce() -> Page) -> Result<(), CliError> {
+    if args.html.is_none() && args.figures.is_none() {
+        return Ok(());
+    }
+    let page = page();
+    if let Some(path) = &args.html {
+        text(Some(path), &page.render()?)?;
+    }
+    if let Some(folder) = &args.figures {
+        for figure in page.figures() {
+            let file = |ending: &str| folder.join(format!("{}.{ending}", figure.name));
+            text(Some(&file("svg")), &figure.svg)?;
+            text(Some(&file("csv")), &figure.csv)?;
+        }
     }
     Ok(())
 }

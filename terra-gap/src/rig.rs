@@ -5,7 +5,9 @@ mod read;
 pub(crate) use read::{from_log, from_logs, median};
 
 use terra_data::{Measured, RigRow, WheelData};
-use terra_model::{BodyLoads, Channel, Contact, Law, Motion, Scalar, Vehicle, library_slip};
+use terra_model::{
+    BodyLoads, Channel, Contact, Law, Motion, Scalar, StressProfile, Vehicle, library_slip,
+};
 
 use crate::dataset::{ChannelInfo, DataSet, Design, Predictor};
 use crate::error::GapError;
@@ -161,6 +163,27 @@ impl RigPredictor {
     ) -> Result<Vec<f64>, GapError> {
         let row = &self.rows[index];
         Self::readings(law, &of_log(law, p, self.soils, row.log), row, slip, load)
+    }
+
+    /// Stresses along the contact of a row's wheel at another slip and load, under the law's effects; `None` for a law
+    /// without stresses.
+    ///
+    /// # Errors
+    /// Where the model has no answer.
+    pub fn stresses(
+        &self,
+        law: &Law,
+        p: &[f64],
+        index: usize,
+        [slip, load]: [f64; 2],
+        points: usize,
+    ) -> Result<Option<StressProfile>, GapError> {
+        let row = &self.rows[index];
+        let mut at = Contact::new(slip, load, row.wheel.radius, row.wheel.width);
+        at.speed = row.speed;
+        at.wheel_speed = row.wheel_speed;
+        at.earlier_passes = row.earlier_passes;
+        Ok(law.stresses(p, &at, points)?)
     }
 }
 

@@ -36,6 +36,41 @@ fn simulate_gives_a_drive_log_and_its_truth() {
     }
 }
 
+/// The page draws values of the table, those of the figures' files among them, extremes included.
+#[test]
+fn the_page_of_an_estimate_draws_the_table() {
+    let out = folder("estimate_page");
+    let file = |name: &str| out.join(name).to_str().unwrap().to_owned();
+    let (table, page, figures) = (file("table.csv"), file("page.html"), file("figures"));
+    let line = ["estimate", "drive.csv", "--rover", "rover.toml", "--out"];
+    let more = [&*table, "--html", &page, "--figures", &figures];
+    run(logs(), line.into_iter().chain(more)).ok();
+    let table = Csv::read(&out.join("table.csv"));
+    let drawn = Csv::read(&out.join("figures/slip-front-left-over-time.csv"));
+    let all: BTreeSet<(&str, &str, &str)> = table
+        .text("time_s")
+        .into_iter()
+        .zip(table.text("slip_fl"))
+        .zip(table.text("slip_fl_sd"))
+        .map(|((t, s), sd)| (t, s, sd))
+        .collect();
+    let rows = drawn.text("time_s").into_iter();
+    for ((t, s), sd) in rows
+        .zip(drawn.text("slip_fl"))
+        .zip(drawn.text("slip_fl_sd"))
+    {
+        assert!(all.contains(&(t, s, sd)), "{t} {s} {sd}");
+    }
+    let most = |csv: &Csv| {
+        let values = csv.numbers("slip_fl").into_iter().flatten();
+        values.fold(f64::NEG_INFINITY, f64::max)
+    };
+    assert_eq!(most(&drawn), most(&table));
+    let page = std::fs::read_to_string(page).unwrap();
+    // Two sides, four wheels three times, speed and yaw rate.
+    assert_eq!(page.matches("class=\"numbers\"").count(), 16);
+}
+
 /// The table of the contract, its pairs, and honest spreads: what the filter says of the forces holds the simulated truth.
 #[test]
 fn estimate_has_the_contracts_columns_and_holds_the_truth() {

@@ -198,3 +198,48 @@ fn effects_by_name() {
     let (plain, sunk) = (Csv::parse(&plain), Csv::parse(&sunk));
     assert!(sunk.full("sinkage_m")[0] > plain.full("sinkage_m")[0]);
 }
+
+/// The figures of a page are files too, and their numbers are those of the table, in its columns.
+#[test]
+fn a_page_and_its_figures_hold_the_numbers_of_the_table() {
+    let to = folder("wheel_page");
+    terra(
+        &to,
+        "wheel --terrain dry_sand --radius_m 0.254 --width_m 0.15 --load_N 245.25 --slip 0.1:0.9:0.1 --csv table.csv \
+         --html page.html --figures figures",
+    )
+    .ok();
+    let page = std::fs::read_to_string(to.join("page.html")).unwrap();
+    let table = Csv::read(&to.join("table.csv"));
+    for (file, column) in [
+        ("drawbar-pull", "drawbar_pull_N"),
+        ("torque", "torque_N_m"),
+        ("sinkage", "sinkage_m"),
+    ] {
+        let name = format!("{file}-against-slip");
+        let figure = Csv::read(&to.join(format!("figures/{name}.csv")));
+        assert_eq!(figure.full("slip"), table.full("slip"));
+        assert_eq!(figure.full(column), table.full(column));
+        assert!(to.join(format!("figures/{name}.svg")).is_file());
+        assert!(page.contains(&format!("data-file=\"{name}\"")));
+    }
+    // D/W, and D r (1 - s) / T where the wheel pulls.
+    let pull = table.full("drawbar_pull_N");
+    let coefficient = Csv::read(&to.join("figures/traction-coefficient-against-slip.csv"));
+    for (c, pull) in coefficient.full("traction_coefficient").iter().zip(&pull) {
+        assert!((c - pull / 245.25).abs() < 1e-12);
+    }
+    let efficiency = Csv::read(&to.join("figures/tractive-efficiency-against-slip.csv"));
+    let pulling = pull.iter().filter(|p| **p > 0.0).count();
+    assert!(pulling > 0 && pulling < pull.len());
+    assert_eq!(efficiency.rows.len(), pulling);
+    let last = *efficiency.full("tractive_efficiency").last().unwrap();
+    let torque = *table.full("torque_N_m").last().unwrap();
+    assert!((last - pull.last().unwrap() * 0.254 * 0.1 / torque).abs() < 1e-9);
+    // A folder that cannot be is refused like any other output.
+    let done = terra(
+        &to,
+        "wheel --terrain dry_sand --radius_m 0.254 --width_m 0.15 --load_N 245.25 --slip 0.1 --figures table.csv",
+    );
+    assert_eq!((done.code, done.out.as_str()), (4, ""), "{}", done.err);
+}

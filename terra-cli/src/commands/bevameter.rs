@@ -11,7 +11,7 @@ pub(crate) fn run(args: &BevameterArgs) -> Result<(), CliError> {
         .into_iter()
         .flatten()
         .collect();
-    output::claim(&[args.json.as_deref(), args.html.as_deref()], &inputs)?;
+    output::claim_with(&args.report, &[args.json.as_deref()], &inputs)?;
     let kind = match args.kind {
         BevameterKind::Plate => Kind::Plate,
         BevameterKind::Shear => Kind::Shear,
@@ -22,30 +22,27 @@ pub(crate) fn run(args: &BevameterArgs) -> Result<(), CliError> {
     };
     let tests = read(&args.log, kind, &columns)?;
     let soils = fit(kind, &tests, &columns)?;
-    if let Some(path) = &args.html {
-        let page = report::Page {
-            title: match kind {
-                Kind::Plate => "What do the plates say?".to_owned(),
-                Kind::Shear => "What do the shear tests say?".to_owned(),
-            },
-            subtitle: args.log.display().to_string(),
-            sections: soils
-                .iter()
-                .map(|s| {
-                    report::bevameter_section(&report::BevameterView {
-                        title: title(s),
-                        shear: kind == Kind::Shear,
-                        fits: s.fits.clone(),
-                    })
+    output::report(&args.report, || report::Page {
+        title: match kind {
+            Kind::Plate => "What do the plates say?".to_owned(),
+            Kind::Shear => "What do the shear tests say?".to_owned(),
+        },
+        subtitle: args.log.display().to_string(),
+        sections: soils
+            .iter()
+            .map(|s| {
+                report::bevameter_section(&report::BevameterView {
+                    title: title(s),
+                    shear: kind == Kind::Shear,
+                    fits: s.fits.clone(),
                 })
-                .collect(),
-            provenance: vec![
-                ("terra".to_owned(), env!("CARGO_PKG_VERSION").to_owned()),
-                ("log SHA-256".to_owned(), tests.sha256.clone()),
-            ],
-        };
-        output::text(Some(path), &page.render()?)?;
-    }
+            })
+            .collect(),
+        provenance: vec![
+            ("terra".to_owned(), env!("CARGO_PKG_VERSION").to_owned()),
+            ("log SHA-256".to_owned(), tests.sha256.clone()),
+        ],
+    })?;
     if let Some(path) = &args.json {
         output::json(Some(path), &to_json(kind, &tests, &soils))?;
     }

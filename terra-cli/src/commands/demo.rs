@@ -2,18 +2,20 @@
 
 use std::collections::BTreeMap;
 use std::path::Path;
+use std::sync::Arc;
 
 use terra_data::{
     Condition, FilterSettings, GapSettings, Measured, Noise, RigLog, RigRow, Rover, SoilSharing,
     Start, TerrainSettings, WheelData, write_drive_log_to, write_rig_log_to,
 };
 use terra_gap::{HoldOut, Provenance, Settings, diagnose_rig, to_json};
+use terra_mme::HypothesisSet;
 use terra_model::{Registry, catalogue};
 use terra_sim::{paper, simulate_drive};
 
-use crate::commands::{gap, identify};
+use crate::commands::{gap, identify, identify_view};
 use crate::error::CliError;
-use crate::identify::{IdentifyOptions, identify_drive, to_json as identify_json};
+use crate::identify::{IdentifyOptions, identify_drive_among, to_json as identify_json};
 use crate::input::sha256;
 use crate::output;
 use crate::progress::Spinner;
@@ -53,13 +55,9 @@ pub(crate) fn run(out: &Path, quiet: bool) -> Result<(), CliError> {
         history: true,
         ..IdentifyOptions::default()
     };
-    let id = identify_drive(
-        &run.log,
-        &rover,
-        &registry,
-        &catalogue::set("wong21")?,
-        &options,
-    )?;
+    let law = Arc::new(registry.law(&rover.terrain.model)?);
+    let soils = HypothesisSet::from_terrains(&law, &catalogue::set("wong21")?)?;
+    let id = identify_drive_among(&run.log, &rover, &registry, &soils, &options)?;
     drop(spinner);
     let mut log_bytes = vec![];
     // Writing to memory cannot fail.
@@ -103,10 +101,15 @@ pub(crate) fn run(out: &Path, quiet: bool) -> Result<(), CliError> {
         subtitle: "A soil identified from a simulated drive, and a measured gap diagnosed"
             .to_owned(),
         sections: vec![
-            report::identify_section(&identify::report_view(
+            report::identify_section(&identify_view::view(
                 &id,
-                "What soil is it? The robot of Ray 2008 on lean clay, simulated",
-                Some(SOIL),
+                &identify_view::Context {
+                    title: "What soil is it? The robot of Ray 2008 on lean clay, simulated",
+                    truth: Some(SOIL),
+                    set: &soils,
+                    rover: &rover,
+                    measured: None,
+                },
             )),
             report::gap_section(&diagnosis, Some(&curves)),
         ],

@@ -7,30 +7,51 @@ use terra_data::{DriveLog, LogKind, WHEELS};
 use terra_ekf::spaces::longitudinal_robot::{F, R, V};
 use terra_ekf::{Step, wheel_estimates};
 
+use crate::args::ReportArgs;
+use crate::commands::estimate_view;
 use crate::error::CliError;
 use crate::input::{LogFile, rover};
 use crate::output;
 use crate::progress::Spinner;
+use crate::report;
 use crate::robot::forces;
 
-pub(crate) fn run(
-    log: &Path,
-    rover_path: &Path,
-    filter: &str,
-    smooth: bool,
-    out: Option<&Path>,
-    quiet: bool,
-) -> Result<(), CliError> {
-    output::claim(&[out], &[log, rover_path])?;
-    let (rover, _) = rover(rover_path)?;
+/// What was asked for.
+pub(crate) struct Asked<'a> {
+    pub(crate) log: &'a Path,
+    pub(crate) rover: &'a Path,
+    pub(crate) filter: &'a str,
+    pub(crate) smooth: bool,
+    pub(crate) out: Option<&'a Path>,
+    pub(crate) report: &'a ReportArgs,
+}
+
+pub(crate) fn run(asked: &Asked<'_>, quiet: bool) -> Result<(), CliError> {
+    let (log, rover_path) = (asked.log, asked.rover);
+    output::claim_with(asked.report, &[asked.out], &[log, rover_path])?;
+    let (rover, rover_sha) = rover(rover_path)?;
     let file = LogFile::open(log)?;
     if file.kind(&rover)? == LogKind::Rig {
         return Err(no_rig(log));
     }
     let drive = file.drive(&rover)?;
     let _spinner = Spinner::start(quiet, "estimating forces");
-    let forces = forces(&drive, &rover, filter, smooth).map_err(|e| e.in_files(log, rover_path))?;
-    output::text(out, &csv(&drive, &forces.steps)?)
+    let forces = forces(&drive, &rover, asked.filter, asked.smooth)
+        .map_err(|e| e.in_files(log, rover_path))?;
+    let table = csv(&drive, &forces.steps)?;
+    output::report(asked.report, || report::Page {
+        title: "What forces does the ground give?".to_owned(),
+        subtitle: log.display().to_string(),
+        sections: vec![report::estimate_section(&estimate_view::view(
+            &drive, &table,
+        ))],
+        provenance: vec![
+            ("terra".to_owned(), env!("CARGO_PKG_VERSION").to_owned()),
+            ("log SHA-256".to_owned(), file.sha256()),
+            ("rover SHA-256".to_owned(), rover_sha),
+        ],
+    })?;
+    output::text(asked.out, &table)
 }
 
 /// A rig log has nothing to estimate.

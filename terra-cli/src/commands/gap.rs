@@ -21,7 +21,7 @@ pub(crate) fn run(args: &GapArgs, quiet: bool) -> Result<(), CliError> {
     let mut inputs = logs.clone();
     inputs.push(&args.rover);
     inputs.extend(args.sim.as_deref());
-    output::claim(&[args.json.as_deref(), args.html.as_deref()], &inputs)?;
+    output::claim_with(&args.report, &[args.json.as_deref()], &inputs)?;
     let settings = |rover: &Rover, kind: LogKind| -> Result<Settings, CliError> {
         let mut settings = Settings::of(rover);
         settings.combine = args.combine.into();
@@ -51,19 +51,16 @@ pub(crate) fn run(args: &GapArgs, quiet: bool) -> Result<(), CliError> {
     if let Some(path) = &args.json {
         output::json(Some(path), &to_json(&diagnosis, &provenance))?;
     }
-    if let Some(path) = &args.html {
-        let page = report::Page {
-            title: "Where the simulator differs from reality".to_owned(),
-            subtitle: subtitle(&logs),
-            sections: vec![report::gap_section(&diagnosis, curves.as_ref())],
-            provenance: vec![
-                ("terra".to_owned(), env!("CARGO_PKG_VERSION").to_owned()),
-                ("log SHA-256".to_owned(), provenance.log_sha256.clone()),
-                ("rover SHA-256".to_owned(), provenance.rover_sha256.clone()),
-            ],
-        };
-        output::text(Some(path), &page.render()?)?;
-    }
+    output::report(&args.report, || report::Page {
+        title: "Where the simulator differs from reality".to_owned(),
+        subtitle: subtitle(&logs),
+        sections: vec![report::gap_section(&diagnosis, curves.as_ref())],
+        provenance: vec![
+            ("terra".to_owned(), env!("CARGO_PKG_VERSION").to_owned()),
+            ("log SHA-256".to_owned(), provenance.log_sha256.clone()),
+            ("rover SHA-256".to_owned(), provenance.rover_sha256.clone()),
+        ],
+    })?;
     output::stdout(&format!("{said}{}", summary(&diagnosis)))
 }
 

@@ -42,6 +42,8 @@ struct Answer {
     infeasible: usize,
     found: Identifiability,
     profiles: Vec<Profile>,
+    /// Units of the profiled parameters.
+    units: Vec<&'static str>,
     pairs: Vec<Pair>,
     soils: usize,
     candidates: Vec<Contact<f64>>,
@@ -50,23 +52,25 @@ struct Answer {
 }
 
 pub(crate) fn run(args: &IdentifiabilityArgs) -> Result<(), CliError> {
-    output::claim(&[args.json.as_deref(), args.html.as_deref()], &[])?;
+    output::claim_with(&args.report, &[args.json.as_deref()], &[])?;
     let noise = noise(&args.noise)?;
     let answer = ask(args, noise)?;
-    if let Some(path) = &args.html {
-        let page = report::Page {
-            title: "What could these rows tell?".to_owned(),
-            subtitle: format!("{} on {}", args.model, args.terrain),
-            sections: vec![report::profiles_section(&report::ProfilesView {
-                title: "Identifiability".to_owned(),
-                lead: lead(&answer),
-                undetermined: answer.found.undetermined.clone(),
-                profiles: answer.profiles.clone(),
-            })],
-            provenance: vec![("terra".to_owned(), env!("CARGO_PKG_VERSION").to_owned())],
-        };
-        output::text(Some(path), &page.render()?)?;
-    }
+    output::report(&args.report, || report::Page {
+        title: "What could these rows tell?".to_owned(),
+        subtitle: format!("{} on {}", args.model, args.terrain),
+        sections: vec![report::profiles_section(&report::ProfilesView {
+            title: "Identifiability".to_owned(),
+            lead: lead(&answer),
+            undetermined: answer.found.undetermined.clone(),
+            profiles: answer
+                .profiles
+                .iter()
+                .zip(&answer.units)
+                .map(|(p, unit)| (p.clone(), (*unit).to_owned()))
+                .collect(),
+        })],
+        provenance: vec![("terra".to_owned(), env!("CARGO_PKG_VERSION").to_owned())],
+    })?;
     if let Some(path) = &args.json {
         output::json(Some(path), &as_json(args, &answer))?;
     }
@@ -197,6 +201,7 @@ fn ask(args: &IdentifiabilityArgs, noise: DesignNoise) -> Result<Answer, CliErro
         law,
         infeasible,
         found,
+        units: space.units(),
         profiles,
         pairs,
         candidates,

@@ -8,6 +8,7 @@ use terra_mme::Choice;
 use terra_model::Registry;
 
 use crate::args::IdentifyArgs;
+use crate::commands::identify_view;
 use crate::error::CliError;
 use crate::identify::{
     Identification, IdentifyOptions, hypotheses, identify_drive_among, identify_rig_among, to_json,
@@ -19,10 +20,8 @@ use crate::progress::Spinner;
 use crate::report;
 
 pub(crate) fn run(args: &IdentifyArgs, quiet: bool) -> Result<(), CliError> {
-    output::claim(
-        &[args.json.as_deref(), args.html.as_deref()],
-        &[&args.log, &args.rover],
-    )?;
+    let inputs: [&Path; 2] = [&args.log, &args.rover];
+    output::claim_with(&args.report, &[args.json.as_deref()], &inputs)?;
     let (rover, rover_sha) = rover(&args.rover)?;
     let registry = Registry::builtin();
     let folder = args.rover.parent().unwrap_or(Path::new(""));
@@ -32,40 +31,46 @@ pub(crate) fn run(args: &IdentifyArgs, quiet: bool) -> Result<(), CliError> {
         choice: choice(&args.choice)?,
         join: args.join,
         // The report shows the posterior over time.
-        history: args.history || args.html.is_some(),
+        history: args.history || args.report.html.is_some() || args.report.figures.is_some(),
         refine: !args.no_refine,
         filter: args.filter.clone(),
         ..IdentifyOptions::default()
     };
     let spinner = Spinner::start(quiet, "weighing soils");
     let file = LogFile::open(&args.log)?;
+    let mut measured = None;
     let mut id = match file.kind(&rover)? {
         LogKind::Drive => {
             identify_drive_among(&file.drive(&rover)?, &rover, &registry, &set, &options)
         }
-        LogKind::Rig => identify_rig_among(&file.rig(&rover)?, &rover, &set, &options),
+        LogKind::Rig => {
+            let log = measured.insert(file.rig(&rover)?);
+            identify_rig_among(log, &rover, &set, &options)
+        }
     }
     .map_err(|e| e.in_files(&args.log, &args.rover))?;
     drop(spinner);
     id.near_duplicates = twins(&set, &rover);
     let log_sha = file.sha256();
-    if let Some(path) = &args.html {
-        let page = report::Page {
-            title: "What soil is it?".to_owned(),
-            subtitle: args.log.display().to_string(),
-            sections: vec![report::identify_section(&report_view(
-                &id,
-                "Posterior over soils",
-                None,
-            ))],
-            provenance: vec![
-                ("terra".to_owned(), env!("CARGO_PKG_VERSION").to_owned()),
-                ("log SHA-256".to_owned(), log_sha.clone()),
-                ("rover SHA-256".to_owned(), rover_sha.clone()),
-            ],
-        };
-        output::text(Some(path), &page.render()?)?;
-    }
+    output::report(&args.report, || report::Page {
+        title: "What soil is it?".to_owned(),
+        subtitle: args.log.display().to_string(),
+        sections: vec![report::identify_section(&identify_view::view(
+            &id,
+            &identify_view::Context {
+                title: "Posterior over soils",
+                truth: None,
+                set: &set,
+                rover: &rover,
+                measured: measured.as_ref(),
+            },
+        ))],
+        provenance: vec![
+            ("terra".to_owned(), env!("CARGO_PKG_VERSION").to_owned()),
+            ("log SHA-256".to_owned(), log_sha.clone()),
+            ("rover SHA-256".to_owned(), rover_sha.clone()),
+        ],
+    })?;
     if !args.history {
         id.groups.iter_mut().for_each(|g| g.history = None);
     }
@@ -184,73 +189,4 @@ pub(crate) fn summary(id: &Identification) -> String {
         }
     }
     out
-}
-
-/// What the report shows of an identification.
-pub(crate) fn report_view(
-    id: &Identification,
-    title: &str,
-    truth: Option<&str>,
-) -> report::IdentifyView {
-    report::IdentifyView {
-        title: title.to_owned(),
-        groups: id
-            .groups
-            .iter()
-            .map(|g| {
-                let middle = g
-                    .force_prediction
-                    .iter()
-                    .map(|p| p.normal_load)
-                    .collect::<Vec<_>>();
-                let load = middle.get(middle.len() / 2).copied().unwrap_or(0.0);
-                let at_load: Vec<_> = g
-                    .force_prediction
-                    .iter()
-                    .filter(|p| (p.normal_load - load).abs() < 1e-9)
-                    .filter_map(|p| Some((p.slip, p.drawbar_pull?, p.torque?)))
-                    .collect();
-                report::GroupView {
-                    name: g.name.clone(),
-                    time: g
-                        .history
-                        .as_ref()
-                        .map(|h| h.time.clone())
-                        .unwrap_or_default(),
-                    ids: g
-                        .history
-                        .as_ref()
-                        .map(|h| h.ids.clone())
-                        .unwrap_or_default(),
-                    probability: g
-                        .history
-                        .as_ref()
-                        .map(|h| h.probability.clone())
-                        .unwrap_or_default(),
-                    posterior: g
-                        .posterior
-                        .iter()
-                        .map(|p| (p.id.clone(), p.probability))
-                        .collect(),
-                    force_slip: (!at_load.is_empty()).then(|| report::ForceSlip {
-                        slip: at_load.iter().map(|p| p.0).collect(),
-                        drawbar_mean: at_load.iter().map(|p| p.1.mean).collect(),
-                        drawbar_sd: at_load.iter().map(|p| p.1.sd).collect(),
-                        torque_mean: at_load.iter().map(|p| p.2.mean).collect(),
-                        torque_sd: at_load.iter().map(|p| p.2.sd).collect(),
-                    }),
-                    truth: truth.map(str::to_owned),
-                    undetermined: g
-                        .refined
-                        .as_ref()
-                        .map(|r| r.fit.identifiability.undetermined.clone())
-                        .unwrap_or_default(),
-                    alarm: g
-                        .consistency
-                        .alarm
-                        .then(|| g.consistency.reason.clone().unwrap_or_default()),
-                }
-            })
-            .collect(),
-    }
 }

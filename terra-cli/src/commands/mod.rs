@@ -9,12 +9,14 @@ mod challenge_run;
 mod cite;
 mod demo;
 pub(crate) mod estimate;
+mod estimate_view;
 mod export;
 pub(crate) mod gap;
 pub(crate) mod gap_case;
 mod gap_watch;
 mod identifiability;
 pub(crate) mod identify;
+mod identify_view;
 pub(crate) mod import;
 mod init;
 pub(crate) mod inspect;
@@ -70,7 +72,18 @@ pub(crate) fn dispatch(args: Args) -> Result<(), CliError> {
             filter,
             smooth,
             out,
-        } => estimate::run(&log, &rover, &filter, smooth, out.as_deref(), quiet),
+            report,
+        } => {
+            let asked = estimate::Asked {
+                log: &log,
+                rover: &rover,
+                filter: &filter,
+                smooth,
+                out: out.as_deref(),
+                report: &report,
+            };
+            estimate::run(&asked, quiet)
+        }
         Command::Identify(args) => identify::run(&args, quiet),
         Command::Identifiability(args) => identifiability::run(&args),
         Command::Gap(args) => gap::run(&args, quiet),

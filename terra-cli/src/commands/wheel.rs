@@ -2,11 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use terra_model::{Contact, ForceLaw, Law, ModelError, Registry, catalogue};
+use terra_model::{Contact, ForceLaw, Law, ModelError, Registry, StressProfile, catalogue};
 
 use crate::args::WheelArgs;
 use crate::error::CliError;
 use crate::output;
+use crate::report::{self, WheelRow};
 
 const HEADER: &str = "slip,normal_load_N,drawbar_pull_N,torque_N_m,thrust_N,motion_resistance_N,sinkage_m,entry_angle_rad,max_stress_angle_rad,max_normal_stress_Pa,max_shear_stress_Pa,status\n";
 const STRESS_HEADER: &str = "slip,angle_rad,normal_stress_Pa,shear_stress_Pa\n";
@@ -15,7 +16,8 @@ const POINTS: usize = 101;
 
 pub(crate) fn run(args: &WheelArgs) -> Result<(), CliError> {
     let stress_file = args.csv.as_deref().filter(|_| args.stress).map(stress_path);
-    output::claim(&[args.csv.as_deref(), stress_file.as_deref()], &[])?;
+    let tables = [args.csv.as_deref(), stress_file.as_deref()];
+    output::claim_with(&args.report, &tables, &[])?;
     let slips = slips(&args.slip)?;
     let (law, magnitudes) = law(&Registry::builtin(), &args.model)?;
     let mut p = parameters(&args.terrain, &law, &args.set)?;
@@ -23,6 +25,7 @@ pub(crate) fn run(args: &WheelArgs) -> Result<(), CliError> {
 
     let mut csv = HEADER.to_owned();
     let mut stress = STRESS_HEADER.to_owned();
+    let mut rows = vec![];
     for slip in slips {
         let at = Contact::new(slip, args.load, args.radius, args.width);
         match law.forces(&p, &at) {
@@ -51,6 +54,13 @@ pub(crate) fn run(args: &WheelArgs) -> Result<(), CliError> {
                     cell(profile.as_ref().map(|s| s.max_normal.normal_stress)),
                     cell(profile.as_ref().map(|s| s.max_shear.shear_stress)),
                 ));
+                rows.push(WheelRow {
+                    slip,
+                    drawbar: f.drawbar_pull,
+                    torque: f.resistive_torque,
+                    sinkage: f.sinkage.unwrap_or(f64::NAN),
+                    stresses: profile.iter().flat_map(stresses).collect(),
+                });
                 for point in profile.iter().flat_map(|s| &s.points) {
                     stress.push_str(&format!(
                         "{slip},{},{},{}\n",
@@ -60,10 +70,15 @@ pub(crate) fn run(args: &WheelArgs) -> Result<(), CliError> {
             }
             Err(ModelError::NoEquilibrium { .. }) => {
                 csv.push_str(&format!("{slip},{},,,,,,,,,,no-equilibrium\n", args.load));
+                rows.push(WheelRow {
+                    slip,
+                    ..WheelRow::NONE
+                });
             }
             Err(e) => return Err(e.into()),
         }
     }
+    output::report(&args.report, || page(args, rows))?;
     match (&args.csv, &stress_file) {
         (Some(path), Some(stress_file)) => {
             output::text(Some(path), &csv)?;
@@ -71,6 +86,29 @@ pub(crate) fn run(args: &WheelArgs) -> Result<(), CliError> {
         }
         (None, _) if args.stress => output::stdout(&format!("{csv}\n{stress}")),
         (path, _) => output::text(path.as_deref(), &csv),
+    }
+}
+
+fn stresses(profile: &StressProfile) -> impl Iterator<Item = [f64; 3]> + '_ {
+    let points = profile.points.iter();
+    points.map(|p| [p.angle, p.normal_stress, p.shear_stress])
+}
+
+fn page(args: &WheelArgs, rows: Vec<WheelRow>) -> report::Page {
+    let view = report::WheelView {
+        title: "Forces and stresses".to_owned(),
+        load: args.load,
+        radius: args.radius,
+        rows,
+    };
+    report::Page {
+        title: "What does the ground give this wheel?".to_owned(),
+        subtitle: format!(
+            "{} on {}: radius {} m, width {} m, load {} N",
+            args.model, args.terrain, args.radius, args.width, args.load
+        ),
+        sections: vec![report::wheel_section(&view)],
+        provenance: vec![("terra".to_owned(), env!("CARGO_PKG_VERSION").to_owned())],
     }
 }
 

@@ -2,11 +2,11 @@
 
 use terra_model::bevameter::{Fits, Interval, LawFit};
 
-use super::ReportError;
-use super::block::{Cell, Figure, Item, Key, Section, Table};
-use super::figure::{Layout, Plot};
+use super::block::{Cell, Figure, Item, Section, Table};
+use super::data::{Datum, Look, Series};
 use super::number::{number, share};
 use super::paint::Paint;
+use super::plot::{self, Layout, Plot};
 use super::scale::Axis;
 use super::words::{unit, unit_after};
 
@@ -95,7 +95,7 @@ pub fn bevameter_section(view: &BevameterView) -> Section {
     s
 }
 
-fn figure(view: &BevameterView) -> Result<Figure, ReportError> {
+fn figure(view: &BevameterView) -> Figure {
     let fits = &view.fits;
     let first = fits.laws.first();
     let best = fits
@@ -106,51 +106,36 @@ fn figure(view: &BevameterView) -> Result<Figure, ReportError> {
         .filter_map(|k| Panel::new(view, k, first, best))
         .collect();
     // The same axes for all, from zero: how far tests of one soil differ is what a reader looks for.
-    let all = || panels.iter().flat_map(Panel::all);
-    let x = || std::iter::once(0.0).chain(all().map(|p| p.0));
-    let y = || std::iter::once(0.0).chain(all().map(|p| p.1));
-    let panels = panels
+    let all = || {
+        panels
+            .iter()
+            .flat_map(|p| &p.series)
+            .flat_map(Series::extent)
+    };
+    let x = || std::iter::once(0.0).chain(all().map(|p| 1e3 * p.0));
+    let y = || std::iter::once(0.0).chain(all().map(|p| 1e-3 * p.1));
+    let drawn = panels
         .iter()
-        .map(|panel| panel.draw(view.shear, shown == 1, x(), y()))
-        .collect::<Result<Vec<_>, _>>()?;
-    let mut legend = vec![];
-    if let Some(law) = first {
-        legend.push(Key {
-            sample: "before",
-            text: law.law.to_owned(),
-        });
-    }
-    if let Some(law) = best {
-        legend.push(Key {
-            sample: "after",
-            text: format!("{}, the best", law.law),
-        });
-    }
-    Ok(Figure {
-        panels,
-        legend,
-        caption: match fits.tests.len().saturating_sub(PANELS) {
+        .map(|panel| panel.draw(view.shear, shown == 1, x(), y()));
+    Figure::new(
+        drawn.collect(),
+        match fits.tests.len().saturating_sub(PANELS) {
             0 => CAPTION.to_owned(),
             more => format!("{CAPTION} {more} more not drawn."),
         },
-    })
+    )
 }
 
 const CAPTION: &str = "Measured points (averages over equal steps) and laws fitted to all tests of the soil together.";
 
-/// One test and what the laws say of it, in mm and kPa.
+/// One test and what the laws say of it.
 struct Panel {
     test: String,
     /// Plate diameter in mm, or normal stress in kPa.
     given: String,
-    points: Vec<(f64, f64)>,
-    plain: Vec<(f64, f64)>,
-    better: Vec<(f64, f64)>,
+    series: Vec<Series>,
+    points: usize,
     peak: (f64, f64),
-}
-
-fn shown((x, stress): (f64, f64)) -> (f64, f64) {
-    (1e3 * x, 1e-3 * stress)
 }
 
 impl Panel {
@@ -161,16 +146,22 @@ impl Panel {
         best: Option<&LawFit>,
     ) -> Option<Self> {
         let test = view.fits.tests.get(k)?;
-        let line = |law: Option<&LawFit>| -> Vec<(f64, f64)> {
-            let fitted = law.and_then(|l| l.fitted.get(k));
-            fitted.map_or(vec![], |f| {
-                test.points
-                    .iter()
-                    .zip(f)
-                    .map(|(p, y)| shown((p.0, *y)))
-                    .collect()
-            })
-        };
+        let points = test.points.iter().map(|p| Datum::at(p.0, p.1));
+        let mut series = vec![Series::new("measured", Look::Dots, points.collect())];
+        for (law, paint, what) in [
+            (first, Paint::Before, ""),
+            (best, Paint::After, ", the best"),
+        ] {
+            let Some((law, fitted)) = law.and_then(|l| Some((l, l.fitted.get(k)?))) else {
+                continue;
+            };
+            let line = test.points.iter().zip(fitted);
+            series.push(Series::new(
+                format!("{}{what}", law.law),
+                Look::Line(paint),
+                line.map(|(p, y)| Datum::at(p.0, *y)).collect(),
+            ));
+        }
         Some(Panel {
             test: test.test.clone(),
             given: if view.shear {
@@ -178,15 +169,10 @@ impl Panel {
             } else {
                 format!("{}\u{a0}mm plate", number(2e3 * test.given, 3))
             },
-            points: test.points.iter().map(|p| shown(*p)).collect(),
-            plain: line(first),
-            better: line(best),
-            peak: shown(test.peak),
+            series,
+            points: test.points.len(),
+            peak: (1e3 * test.peak.0, 1e-3 * test.peak.1),
         })
-    }
-
-    fn all(&self) -> impl Iterator<Item = &(f64, f64)> {
-        self.points.iter().chain(&self.plain).chain(&self.better)
     }
 
     fn draw(
@@ -195,34 +181,32 @@ impl Panel {
         alone: bool,
         x: impl Iterator<Item = f64>,
         y: impl Iterator<Item = f64>,
-    ) -> Result<String, ReportError> {
-        let (across, upright) = if shear {
-            ("shear displacement, mm", "shear stress, kPa")
+    ) -> plot::Panel {
+        let ((across, across_si), (upright, upright_si)) = if shear {
+            (
+                ("shear displacement, mm", "shear_displacement_m"),
+                ("shear stress, kPa", "shear_stress_Pa"),
+            )
         } else {
-            ("sinkage, mm", "pressure, kPa")
+            (
+                ("sinkage, mm", "sinkage_m"),
+                ("pressure, kPa", "pressure_Pa"),
+            )
         };
+        let name = format!("Test {}, {}", self.test, self.given);
         let plot = Plot {
             layout: if alone { Layout::ALONE } else { Layout::PANEL },
-            x: Axis::over(across, x, 5),
-            y: Axis::over(
-                format!("Test {}, {}: {upright}", self.test, self.given),
-                y,
-                5,
-            ),
-            title: format!("Test {}, {}", self.test, self.given),
+            x: Axis::over(across, x, 5).named(across_si, "mm", 1e3),
+            y: Axis::over(format!("{name}: {upright}"), y, 5).named(upright_si, "kPa", 1e-3),
+            title: name,
             description: format!(
                 "{} points, largest stress {} kPa at {} mm.",
-                self.points.len(),
+                self.points,
                 number(self.peak.1, 3),
                 number(self.peak.0, 3)
             ),
+            series: self.series.clone(),
         };
-        plot.draw(|c| {
-            for p in &self.points {
-                c.dot(*p, 2, Paint::Ink)?;
-            }
-            c.line(&self.plain, Paint::Before, 2)?;
-            c.line(&self.better, Paint::After, 2)
-        })
+        plot.draw()
     }
 }

@@ -2,16 +2,13 @@
 
 use serde::Serialize;
 
-use super::ReportError;
+use super::plot::Panel;
 
 /// A part of a report with a heading of its own.
 #[derive(Clone, Debug, Serialize)]
 pub struct Section {
     pub(super) title: String,
     blocks: Vec<Block>,
-    /// The first figure that could not be drawn; the page refuses to render rather than to leave it out.
-    #[serde(skip)]
-    pub(super) failure: Option<ReportError>,
 }
 
 #[derive(Clone, Debug, Serialize)]
@@ -73,16 +70,41 @@ pub(super) struct Cell {
 /// Panels side by side, where there is room, under one caption.
 #[derive(Clone, Debug, Default, Serialize)]
 pub(super) struct Figure {
-    pub(super) panels: Vec<String>,
-    pub(super) legend: Vec<Key>,
-    pub(super) caption: String,
+    pub(super) panels: Vec<Panel>,
+    legend: Vec<Key>,
+    caption: String,
 }
 
 /// One entry of a legend: the class of the sample line, and what it stands for.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub(super) struct Key {
-    pub(super) sample: &'static str,
+    pub(super) sample: String,
     pub(super) text: String,
+}
+
+impl Figure {
+    /// With a legend of all that its panels show.
+    pub(super) fn new(panels: Vec<Panel>, caption: impl Into<String>) -> Self {
+        let mut legend: Vec<Key> = vec![];
+        for key in panels.iter().flat_map(|p| &p.legend) {
+            if !legend.contains(key) {
+                legend.push(key.clone());
+            }
+        }
+        Figure {
+            legend,
+            ..Figure::labelled(panels, caption)
+        }
+    }
+
+    /// Without a legend: its series are named where they stand, or need no name.
+    pub(super) fn labelled(panels: Vec<Panel>, caption: impl Into<String>) -> Self {
+        Figure {
+            panels,
+            legend: vec![],
+            caption: caption.into(),
+        }
+    }
 }
 
 impl Table {
@@ -127,7 +149,6 @@ impl Section {
         Section {
             title: title.into(),
             blocks: vec![],
-            failure: None,
         }
     }
     pub(super) fn lead(&mut self, text: impl Into<String>) {
@@ -148,12 +169,17 @@ impl Section {
     pub(super) fn table(&mut self, table: Table) {
         self.blocks.push(Block::Table { table });
     }
-    pub(super) fn figure(&mut self, figure: Result<Figure, ReportError>) {
-        match figure {
-            Ok(figure) => self.blocks.push(Block::Figure { figure }),
-            Err(e) => {
-                self.failure.get_or_insert(e);
-            }
+    /// A figure without panels is left out.
+    pub(super) fn figure(&mut self, figure: Figure) {
+        if !figure.panels.is_empty() {
+            self.blocks.push(Block::Figure { figure });
         }
+    }
+    /// All panels, in order.
+    pub(super) fn panels_mut(&mut self) -> impl Iterator<Item = &mut Panel> {
+        self.blocks.iter_mut().flat_map(|b| match b {
+            Block::Figure { figure } => figure.panels.as_mut_slice(),
+            _ => &mut [],
+        })
     }
 }

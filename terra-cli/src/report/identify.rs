@@ -1,13 +1,15 @@
 //! Which soil it is: the posterior over time, its end, and the force it predicts.
 
-use super::ReportError;
-use super::block::{Cell, Figure, Key, Section, Table};
-use super::figure::{Anchor, Layout, Plot};
-use super::lines::{LABEL_PITCH, apart, thin};
-use super::number::{number, percent};
+use super::block::{Cell, Figure, Section, Table};
+use super::data::{Datum, Look, Series};
+use super::force_slip::{ForceSlip, forces};
+use super::lines::{LABEL_PITCH, apart, thin, thin_to};
+use super::number::{percent, with_sd};
 use super::paint::{Paint, SERIES};
+use super::plot::{Layout, Panel, Plot};
 use super::scale::Axis;
-use super::words::join_some;
+use super::svg::{Anchor, Px};
+use super::words::{capital, join_some, parameter, parameter_unit, unit_after};
 
 /// Probability a hypothesis must once have had to get a line.
 const SEEN: f64 = 0.02;
@@ -17,21 +19,25 @@ const ROWS: usize = 12;
 const TOLD: f64 = 1e-3;
 const LEAST_ROWS: usize = 4;
 /// Room for a letter of a label \[px\].
-const LETTER: i32 = 8;
+const LETTER: f64 = 8.0;
+/// Buckets of a parameter's path.
+const PATH: usize = 80;
+/// Spread over mean of a parameter that needs no figure to tell how it settled.
+const SETTLED: f64 = 0.01;
 
-/// Drawbar pull and torque against slip, at one load, with 1-sigma. All of one length.
+/// How a soil parameter settles: mean and 1-sigma of the weighed soils after each step, SI units.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct ForceSlip {
-    /// Library slip.
-    pub slip: Vec<f64>,
-    /// \[N\]
-    pub drawbar_mean: Vec<f64>,
-    /// \[N\]
-    pub drawbar_sd: Vec<f64>,
-    /// \[N m\]
-    pub torque_mean: Vec<f64>,
-    /// \[N m\]
-    pub torque_sd: Vec<f64>,
+pub struct ParameterPath {
+    /// Its name (`friction_angle`).
+    pub name: String,
+    /// SI unit.
+    pub unit: String,
+    /// One value a step.
+    pub mean: Vec<f64>,
+    /// One value a step.
+    pub sd: Vec<f64>,
+    /// Mean and 1-sigma of the refined winner.
+    pub refined: Option<(f64, f64)>,
 }
 
 /// What is known about one side, condition, or the whole log.
@@ -47,6 +53,8 @@ pub struct GroupView {
     pub probability: Vec<Vec<f64>>,
     /// Final posterior: hypothesis and probability.
     pub posterior: Vec<(String, f64)>,
+    /// Mean of the soil parameters after each step; empty without history, or where soils obey several laws.
+    pub parameters: Vec<ParameterPath>,
     /// Predicted forces.
     pub force_slip: Option<ForceSlip>,
     /// The true terrain, where a simulation knows it.
@@ -72,7 +80,7 @@ pub fn identify_section(view: &IdentifyView) -> Section {
     s.lead(sentence(view));
     for g in &view.groups {
         if view.groups.len() > 1 {
-            s.heading(super::words::capital(&g.name));
+            s.heading(capital(&g.name));
         }
         if let Some(why) = &g.alarm {
             s.text(format!("Alarm: do not trust this soil; {why}."));
@@ -81,8 +89,9 @@ pub fn identify_section(view: &IdentifyView) -> Section {
             s.figure(history(g));
         }
         s.table(posterior(g));
+        settling(&mut s, g);
         if let Some(f) = g.force_slip.as_ref().filter(|f| f.slip.len() > 1) {
-            s.figure(forces(g, f));
+            s.figure(forces(&g.name, f));
         }
         if !g.undetermined.is_empty() {
             s.text(format!(
@@ -107,7 +116,7 @@ fn sentence(view: &IdentifyView) -> String {
         .filter_map(|g| {
             let best = ranked(g).into_iter().next()?;
             let on = if view.groups.len() > 1 {
-                format!("{}: ", super::words::capital(&g.name))
+                format!("{}: ", capital(&g.name))
             } else {
                 String::new()
             };
@@ -128,7 +137,7 @@ fn sentence(view: &IdentifyView) -> String {
     }
     parts
         .iter()
-        .map(|p| super::words::capital(p))
+        .map(|p| capital(p))
         .collect::<Vec<_>>()
         .join(" ")
 }
@@ -187,81 +196,88 @@ fn shown(g: &GroupView) -> (Vec<usize>, usize) {
     (seen, more)
 }
 
-fn history(g: &GroupView) -> Result<Figure, ReportError> {
-    let (seen, more) = shown(g);
-    let timed = g.time.len() == g.probability.len();
-    let times: Vec<f64> = if timed {
-        g.time.clone()
+/// Times of the steps, or their numbers, with the axis' title and column.
+fn steps(g: &GroupView) -> (Vec<f64>, &'static str, &'static str) {
+    if g.time.len() == g.probability.len() {
+        (g.time.clone(), "time, s", "time_s")
     } else {
-        (1..=g.probability.len()).map(|k| k as f64).collect()
-    };
-    let (first, last) = (
-        times.first().copied().unwrap_or(0.0),
-        times.last().copied().unwrap_or(1.0),
-    );
-    let lines: Vec<Vec<(f64, f64)>> = seen
+        let numbers = (1..=g.probability.len()).map(|k| k as f64);
+        (numbers.collect(), "weighed sample", "sample")
+    }
+}
+
+fn step_axis(g: &GroupView, ticks: usize) -> Axis {
+    let (steps, title, name) = steps(g);
+    let first = steps.first().copied().unwrap_or(0.0);
+    let last = steps.last().copied().unwrap_or(1.0);
+    let unit = if name == "time_s" { "s" } else { "" };
+    Axis::linear(title, (first, last.max(first + 1e-9)), ticks).named(name, unit, 1.0)
+}
+
+fn history(g: &GroupView) -> Figure {
+    let (seen, more) = shown(g);
+    let times = steps(g).0;
+    let name = |k: usize| g.ids.get(k).map_or("", String::as_str);
+    let series: Vec<Series> = seen
         .iter()
-        .map(|&k| {
+        .enumerate()
+        .map(|(line, &k)| {
             let points = times
                 .iter()
                 .zip(&g.probability)
-                .filter_map(|(t, row)| Some((*t, *row.get(k)?)))
-                .filter(|p| p.0.is_finite() && p.1.is_finite())
+                .filter_map(|(t, row)| Some(Datum::at(*t, *row.get(k)?)))
+                .filter(Datum::is_finite)
                 .collect();
-            thin(points)
+            Series::new(name(k), Look::Line(Paint::Series(line)), thin(points))
         })
         .collect();
-    let name = |k: usize| g.ids.get(k).map_or("", String::as_str);
-    let labels: Vec<String> = seen
+    let labels: Vec<String> = series
         .iter()
-        .zip(&lines)
-        .map(|(&k, line)| format!("{} {}", name(k), percent(line.last().map_or(0.0, |p| p.1))))
+        .map(|s| {
+            let last = s.data.last().map_or(0.0, |d| d.y);
+            format!("{} {}", s.name, percent(last))
+        })
         .collect();
-    let longest = labels
-        .iter()
-        .map(|l| l.chars().count() as i32)
-        .fold(8, i32::max)
-        .min(40);
+    let longest = labels.iter().map(|l| l.chars().count()).max().unwrap_or(0);
     let plot = Plot {
         layout: Layout {
-            width: 640,
-            height: 320,
-            left: 46,
-            right: 34 + LETTER * longest,
-            top: 34,
-            bottom: 48,
+            width: 640.0,
+            height: 320.0,
+            left: 46.0,
+            right: 34.0 + LETTER * longest.clamp(8, 40) as f64,
+            top: 34.0,
+            bottom: 48.0,
         },
-        x: Axis::linear(
-            if timed { "time, s" } else { "weighed sample" },
-            (first, last.max(first + 1e-9)),
-            6,
-        ),
-        y: Axis::linear("Probability", (0.0, 1.0), 5),
+        x: step_axis(g, 6),
+        y: Axis::linear("Probability", (0.0, 1.0), 5).named("probability", "", 1.0),
         title: format!("Posterior over time, {}", g.name),
         description: format!("At the end: {}.", join_some(&labels, SERIES)),
+        series,
     };
-    let svg = plot.draw(|c| {
-        for (series, line) in lines.iter().enumerate() {
-            c.line(line, Paint::Series(series), 2)?;
-        }
+    let panel = plot.draw_with(|c| {
         // Labels stand beside the line ends, moved apart where ends meet, each tied to its end.
-        let ends: Vec<i32> = lines
+        let ends: Vec<Px> = plot
+            .series
             .iter()
-            .map(|l| l.last().map_or(0, |p| c.height_of(p.1)))
+            .map(|s| s.data.last().map_or((0.0, 0.0), |d| c.at(d.x, d.y)))
             .collect();
-        let low = c.height_of(1.0);
-        let high = c.height_of(0.0) + LABEL_PITCH;
-        for (series, (line, at)) in lines.iter().zip(apart(&ends, low, high)).enumerate() {
-            let (Some(&end), Some(text)) = (line.last(), labels.get(series)) else {
-                continue;
-            };
-            let dy = at - c.height_of(end.1);
-            c.stroke_px(end, (3, 0), (20, dy), Paint::Rule)?;
-            c.dot(end, 3, Paint::Series(series))?;
-            c.text(end, (25, dy), text, Paint::Series(series), Anchor::Left)?;
+        let heights: Vec<f64> = ends.iter().map(|e| e.1).collect();
+        let (_, top) = c.place(0.0, 1.0);
+        let bottom = c.place(0.0, 0.0).1 + LABEL_PITCH;
+        for (k, (end, at)) in ends.iter().zip(apart(&heights, top, bottom)).enumerate() {
+            let paint = Paint::Series(k);
+            let tie = [(end.0 + 3.0, end.1), (end.0 + 20.0, at)];
+            c.svg.open("class=\"tie\"");
+            c.svg.line(&tie, Paint::Rule, 1.0);
+            c.svg.dot(*end, 3.0, paint);
+            c.svg.close();
+            c.svg
+                .open(&format!("class=\"entry\" data-key=\"{}\"", paint.name()));
+            let label = labels.get(k).map_or("", String::as_str);
+            c.svg.text((end.0 + 25.0, at), label, paint, Anchor::Left);
+            c.svg.close();
         }
-        Ok(())
-    })?;
+    });
     let mut caption = format!(
         "Posterior probability, {}. Lines for hypotheses that ever had more than 2\u{a0}%.",
         g.name
@@ -269,73 +285,83 @@ fn history(g: &GroupView) -> Result<Figure, ReportError> {
     if more > 0 {
         caption.push_str(&format!(" {more} more not drawn."));
     }
-    Ok(Figure {
-        panels: vec![svg],
-        legend: vec![],
-        caption,
-    })
+    Figure::labelled(vec![panel], caption)
 }
 
-fn forces(g: &GroupView, f: &ForceSlip) -> Result<Figure, ReportError> {
-    let panels = [
-        ("Drawbar pull, N", &f.drawbar_mean, &f.drawbar_sd),
-        ("Wheel torque, N\u{a0}m", &f.torque_mean, &f.torque_sd),
-    ]
-    .into_iter()
-    .filter(|(_, mean, _)| mean.iter().filter(|v| v.is_finite()).count() > 1)
-    .map(|(title, mean, sd)| band(g, title, &f.slip, mean, sd))
-    .collect::<Result<Vec<_>, _>>()?;
-    Ok(Figure {
+/// How the soil's parameters settle while the posterior does.
+fn settling(s: &mut Section, g: &GroupView) {
+    if g.probability.len() < 2 || g.parameters.is_empty() {
+        return;
+    }
+    let unsettled = |p: &ParameterPath| {
+        let spread = p.mean.iter().zip(&p.sd);
+        spread
+            .into_iter()
+            .any(|(mean, sd)| *sd > SETTLED * mean.abs())
+    };
+    if g.parameters.iter().any(unsettled) {
+        s.figure(parameters(g));
+    } else {
+        s.text(
+            "The first weighed sample already left one soil: its parameters had nothing to settle.",
+        );
+    }
+}
+
+fn parameters(g: &GroupView) -> Figure {
+    let panels = g.parameters.iter().map(|p| path(g, p)).collect();
+    Figure::new(
         panels,
-        legend: vec![Key {
-            sample: "after",
-            text: "predicted mean, band ± 1 sd".to_owned(),
-        }],
-        caption: format!(
-            "Force that the weighed soils predict for a wheel, {}.",
+        format!(
+            "Soil parameters as the soils are weighed, {}: mean of all hypotheses, band ± 1 sd of their spread; the point at the end is the refined winner.",
             g.name
         ),
-    })
+    )
 }
 
-fn band(
-    g: &GroupView,
-    title: &str,
-    slip: &[f64],
-    mean: &[f64],
-    sd: &[f64],
-) -> Result<String, ReportError> {
-    let rows: Vec<(f64, f64, f64)> = slip
-        .iter()
-        .zip(mean)
-        .zip(sd)
-        .map(|((s, m), d)| (*s, *m, if d.is_finite() { *d } else { 0.0 }))
-        .filter(|r| r.0.is_finite() && r.1.is_finite())
-        .collect();
-    let line =
-        |k: f64| -> Vec<(f64, f64)> { rows.iter().map(|(s, m, d)| (*s, m + k * d)).collect() };
-    let (low, middle, high) = (line(-1.0), line(0.0), line(1.0));
-    let said: Vec<String> = [rows.first(), rows.last()]
-        .into_iter()
-        .flatten()
-        .map(|(s, m, d)| {
-            format!(
-                "{} ± {} at slip {}",
-                number(*m, 3),
-                number(*d, 2),
-                number(*s, 2)
-            )
-        })
-        .collect();
+fn path(g: &GroupView, p: &ParameterPath) -> Panel {
+    let times = steps(g).0;
+    let end = times.last().copied().unwrap_or(0.0);
+    let values = times.iter().zip(&p.mean).zip(&p.sd);
+    let weighed = values.map(|((t, mean), sd)| Datum::at(*t, *mean).sd(f64::NAN, *sd));
+    let refined = p
+        .refined
+        .map(|(mean, sd)| Datum::at(end, mean).sd(f64::NAN, sd));
+    let series = vec![
+        Series::new(
+            "weighed ± 1 sd",
+            Look::Line(Paint::After),
+            thin_to(weighed.collect(), PATH),
+        ),
+        Series::new(
+            "refined ± 1 sd",
+            Look::Points { hollow: false },
+            refined.into_iter().collect(),
+        ),
+    ];
+    let words = parameter(&p.name);
+    let (unit, factor) = parameter_unit(&p.unit, p.mean.iter().copied());
+    let title = match unit.as_str() {
+        "" => words.clone(),
+        unit => format!("{words}, {unit}"),
+    };
+    let ys = || series.iter().flat_map(Series::extent).map(|e| e.1 * factor);
+    let said = |v: Option<(f64, f64)>| {
+        let (mean, sd) = v.unwrap_or((f64::NAN, f64::NAN));
+        unit_after(&with_sd(mean * factor, sd * factor), &unit)
+    };
+    let last = p.mean.last().copied().zip(p.sd.last().copied());
     let plot = Plot {
         layout: Layout::PANEL,
-        x: Axis::over("slip", rows.iter().map(|r| r.0), 5),
-        y: Axis::over(title, low.iter().chain(&high).map(|p| p.1), 5),
-        title: format!("{title} against slip, {}", g.name),
-        description: format!("From {}.", said.join(" to ")),
+        x: step_axis(g, 4),
+        y: Axis::over(title.clone(), ys(), 5).named(&p.name, &unit, factor),
+        title: format!("{words}, {}", g.name),
+        description: format!(
+            "{} at the end; refined {}.",
+            said(last),
+            p.refined.map_or("not".to_owned(), |r| said(Some(r)))
+        ),
+        series,
     };
-    plot.draw(|c| {
-        c.band(&low, &high, Paint::After)?;
-        c.line(&middle, Paint::After, 2)
-    })
+    plot.draw()
 }

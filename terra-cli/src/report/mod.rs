@@ -1,43 +1,49 @@
-//! The report a person reads: one HTML file with its figures inside, no script, nothing fetched, fit for paper.
+//! The report a person reads: one HTML file with its figures inside, nothing fetched, fit for paper.
 //!
 //! A [`Page`] is a list of [`Section`]s; [`gap_section`] tells a diagnosis, [`identify_section`] which soil it is.
 //! Figures take their colours from the page's style sheet, so that they follow light, dark and print, and tell series
-//! apart by marker and dash as well as by colour.
+//! apart by marker and dash as well as by colour. A small script in the page reads figures out, zooms and saves them;
+//! without it nothing is missing but that.
 
 mod bevameter;
 mod block;
-mod figure;
+mod data;
+mod estimate;
+mod force_slip;
 mod gap;
 mod identify;
 mod lines;
 mod number;
 mod page;
 mod paint;
+mod plot;
 mod profiles;
 mod scale;
+mod standalone;
+mod stress;
+mod svg;
+mod wheel;
 mod words;
 
+#[cfg(test)]
+mod browser;
 #[cfg(test)]
 mod tests;
 
 pub use bevameter::{BevameterView, bevameter_section};
 pub use block::Section;
-pub use gap::{Curve, GapCurves, Panel, Point, gap_section};
-pub use identify::{ForceSlip, GroupView, IdentifyView, identify_section};
+pub use estimate::{Channel, EstimateView, estimate_section};
+pub use force_slip::{ForceSlip, MeasuredForces, Value};
+pub use gap::{Curve, GapCurves, Panel, Point, Stresses, gap_section};
+pub use identify::{GroupView, IdentifyView, ParameterPath, identify_section};
 pub use page::Page;
 pub use profiles::{ProfilesView, profiles_section};
+pub use standalone::FigureFiles;
+pub use wheel::{WheelRow, WheelView, wheel_section};
 
 /// Why a report could not be made.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ReportError {
-    /// A figure could not be drawn.
-    #[error("figure '{title}': {reason}")]
-    Figure {
-        /// Which one.
-        title: String,
-        /// What went wrong.
-        reason: String,
-    },
     /// The page template could not be filled.
     #[error("page template: {0}")]
     Template(String),

@@ -1,7 +1,4 @@
-//! Colours by meaning. The drawing library writes fixed colours, so each paint is drawn in a colour that occurs nowhere
-//! else, and its name of the page's style sheet is put in its place afterwards.
-
-use plotters::style::RGBColor;
+//! Colours by meaning: names of the page's style sheet, so that a figure follows light, dark and print.
 
 /// What a mark stands for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -29,93 +26,38 @@ pub(super) enum Paint {
 /// Number of series that can be told apart.
 pub(super) const SERIES: usize = 6;
 
-/// Dash of each series in px; the first is solid.
-const DASHES: [&[i32]; SERIES] = [
-    &[],
-    &[7, 4],
-    &[2, 3],
-    &[10, 3, 2, 3],
-    &[14, 4],
-    &[5, 2, 2, 2, 2, 2],
-];
+/// Dash of each series \[px\]; the first is solid.
+const DASHES: [&str; SERIES] = ["", "7 4", "2 3", "10 3 2 3", "14 4", "5 2 2 2 2 2"];
 
 impl Paint {
-    fn all() -> impl Iterator<Item = Paint> {
-        use Paint::{After, Bar, Before, Hair, Ink, Muted, Paper, Rule};
-        [Ink, Muted, Rule, Hair, Paper, Bar, Before, After]
-            .into_iter()
-            .chain((0..SERIES).map(Paint::Series))
-    }
-
-    fn number(self) -> u8 {
+    /// Its name in the style sheet; also the class of its sample in a legend.
+    pub(super) fn name(self) -> String {
         match self {
-            Paint::Ink => 0,
-            Paint::Muted => 1,
-            Paint::Rule => 2,
-            Paint::Hair => 3,
-            Paint::Paper => 4,
-            Paint::Bar => 5,
-            Paint::Before => 6,
-            Paint::After => 7,
-            Paint::Series(k) => 8 + (k % SERIES) as u8,
+            Paint::Ink => "ink".to_owned(),
+            Paint::Muted => "muted".to_owned(),
+            Paint::Rule => "rule".to_owned(),
+            Paint::Hair => "hair".to_owned(),
+            Paint::Paper => "paper".to_owned(),
+            Paint::Bar => "bar".to_owned(),
+            Paint::Before => "before".to_owned(),
+            Paint::After => "after".to_owned(),
+            Paint::Series(k) => format!("series-{}", k % SERIES),
         }
     }
 
-    /// The colour it is drawn in.
-    pub(super) fn sentinel(self) -> RGBColor {
-        RGBColor(1, 2, self.number())
+    /// As the value of an SVG attribute.
+    pub(super) fn css(self) -> String {
+        format!("var(--{})", self.name())
     }
 
-    fn variable(self) -> String {
+    /// Dash of its lines \[px\]; empty for a solid one.
+    pub(super) fn dash(self) -> &'static str {
         match self {
-            Paint::Ink => "var(--ink)".to_owned(),
-            Paint::Muted => "var(--muted)".to_owned(),
-            Paint::Rule => "var(--rule)".to_owned(),
-            Paint::Hair => "var(--hair)".to_owned(),
-            Paint::Paper => "var(--paper)".to_owned(),
-            Paint::Bar => "var(--bar)".to_owned(),
-            Paint::Before => "var(--before)".to_owned(),
-            Paint::After => "var(--after)".to_owned(),
-            Paint::Series(k) => format!("var(--series-{})", k % SERIES),
-        }
-    }
-
-    fn dash(self) -> &'static [i32] {
-        match self {
-            Paint::Before => &[7, 5],
+            Paint::Before => "7 5",
             Paint::Series(k) => DASHES[k % SERIES],
-            _ => &[],
+            _ => "",
         }
     }
-}
-
-/// Puts the style sheet's names where the sentinels stand, and the dashes beside them; `unit` is the px in user units.
-pub(super) fn resolve(svg: &str, unit: i32) -> String {
-    let mut out = svg.to_owned();
-    for paint in Paint::all() {
-        let RGBColor(r, g, b) = paint.sentinel();
-        let name = paint.variable();
-        let dash: Vec<String> = paint
-            .dash()
-            .iter()
-            .map(|d| (d * unit).to_string())
-            .collect();
-        let dash = if dash.is_empty() {
-            String::new()
-        } else {
-            format!(" stroke-dasharray=\"{}\"", dash.join(" "))
-        };
-        out = out
-            .replace(
-                &format!("stroke=\"#{r:02X}{g:02X}{b:02X}\""),
-                &format!("stroke=\"{name}\"{dash}"),
-            )
-            .replace(
-                &format!("fill=\"#{r:02X}{g:02X}{b:02X}\""),
-                &format!("fill=\"{name}\""),
-            );
-    }
-    out
 }
 
 #[cfg(test)]
@@ -123,21 +65,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn each_paint_has_its_own_sentinel() {
-        let mut seen: Vec<u8> = Paint::all().map(Paint::number).collect();
-        let n = seen.len();
-        seen.sort_unstable();
-        seen.dedup();
-        assert_eq!(seen.len(), n);
-    }
-
-    #[test]
     fn every_style_sheet_name_is_defined_for_light_and_dark() {
+        use Paint::{After, Bar, Before, Hair, Ink, Muted, Paper, Rule};
         let css = include_str!("page.css");
-        for paint in Paint::all() {
-            let name = paint.variable();
-            let name = name.trim_start_matches("var(").trim_end_matches(')');
-            assert_eq!(css.matches(&format!("{name}:")).count(), 2, "{name}");
+        let all = [Ink, Muted, Rule, Hair, Paper, Bar, Before, After]
+            .into_iter()
+            .chain((0..SERIES).map(Paint::Series));
+        for paint in all {
+            let name = paint.name();
+            assert_eq!(css.matches(&format!("--{name}:")).count(), 2, "{name}");
         }
     }
 }

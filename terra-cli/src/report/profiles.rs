@@ -2,17 +2,20 @@
 
 use terra_mme::Profile;
 
-use super::ReportError;
 use super::block::{Figure, Item, Section};
-use super::figure::{Layout, Plot};
+use super::data::{Datum, Look, Series};
 use super::number::number;
 use super::paint::Paint;
+use super::plot::{Layout, Panel, Plot};
 use super::scale::Axis;
+use super::words::{parameter, parameter_unit, unit_after};
 
 /// Δ of the 95 % interval.
 const LEVEL: f64 = 3.84;
 /// Largest Δ drawn.
 const TOP: f64 = 8.0;
+/// Ratio of ends from which an axis is logarithmic.
+const WIDE: f64 = 30.0;
 
 /// A design, ready to be told.
 #[derive(Clone, Debug)]
@@ -23,8 +26,8 @@ pub struct ProfilesView {
     pub lead: String,
     /// What the design cannot tell, in words.
     pub undetermined: Vec<String>,
-    /// One panel each.
-    pub profiles: Vec<Profile>,
+    /// One panel each, with the SI unit of its parameter.
+    pub profiles: Vec<(Profile, String)>,
 }
 
 /// The profiles as a section.
@@ -43,38 +46,51 @@ pub fn profiles_section(view: &ProfilesView) -> Section {
     s
 }
 
-fn figure(view: &ProfilesView) -> Result<Figure, ReportError> {
-    let panels = view
-        .profiles
-        .iter()
-        .filter(|p| p.points.len() > 1)
-        .map(panel)
-        .collect::<Result<Vec<_>, _>>()?;
-    Ok(Figure {
-        panels,
-        legend: vec![],
-        caption: "Misfit Δ of the expected data when one parameter is moved and all others follow; the grey line is the 95 % level 3.84. A curve that stays below it has no end within six prior sd.".to_owned(),
-    })
+fn figure(view: &ProfilesView) -> Figure {
+    let profiles = view.profiles.iter().filter(|p| p.0.points.len() > 1);
+    Figure::labelled(
+        profiles.map(|(p, si)| panel(p, si)).collect(),
+        "Misfit Δ of the expected data when one parameter is moved and all others follow; the grey line is the 95\u{a0}% level 3.84. A curve that stays below it has no end within six prior sd.",
+    )
 }
 
-fn panel(p: &Profile) -> Result<String, ReportError> {
-    let shown: Vec<(f64, f64)> = p
+fn panel(p: &Profile, si: &str) -> Panel {
+    let shown: Vec<Datum> = p
         .points
         .iter()
-        .copied()
         .filter(|point| point.1 <= TOP)
+        .map(|point| Datum::at(point.0, point.1))
         .collect();
-    let end = |e: Option<f64>| e.map_or("no end".to_owned(), |v| number(v, 3));
+    let values = || shown.iter().map(|d| d.x);
+    let (unit, factor) = parameter_unit(si, values());
+    let words = parameter(p.name);
+    let title = match unit.as_str() {
+        "" => words.clone(),
+        unit => format!("{words}, {unit}"),
+    };
+    let low = factor * values().fold(f64::INFINITY, f64::min);
+    let high = factor * values().fold(f64::NEG_INFINITY, f64::max);
+    let x = if low > 0.0 && high > WIDE * low {
+        Axis::logarithmic(title, low / 1.2, high * 1.2)
+    } else {
+        Axis::over(title, [low, high], 4)
+    };
+    let end = |e: Option<f64>| e.map_or("no end".to_owned(), |v| number(v * factor, 3));
     let plot = Plot {
         layout: Layout::PANEL,
-        x: Axis::over(p.name.replace('_', " "), shown.iter().map(|v| v.0), 4),
-        y: Axis::linear("Misfit Δ", (0.0, TOP), 4),
-        title: format!("Profile of {}", p.name.replace('_', " ")),
-        description: format!("95 % from {} to {}.", end(p.low), end(p.high)),
+        x: x.named(p.name, &unit, factor),
+        y: Axis::linear("Misfit Δ", (0.0, TOP), 4).named("misfit", "", 1.0),
+        title: format!("Profile of {words}"),
+        description: format!(
+            "95\u{a0}% from {} to {}.",
+            end(p.low),
+            unit_after(&end(p.high), &unit)
+        ),
+        series: vec![Series::new("misfit Δ", Look::Line(Paint::After), shown)],
     };
-    let (first, last) = (plot.x.range.0, plot.x.range.1);
-    plot.draw(|c| {
-        c.line(&[(first, LEVEL), (last, LEVEL)], Paint::Rule, 1)?;
-        c.line(&shown, Paint::After, 2)
+    let (first, last) = plot.x.range;
+    plot.draw_with(|c| {
+        let level = [c.place(first, LEVEL), c.place(last, LEVEL)];
+        c.svg.line(&level, Paint::Muted, 1.0);
     })
 }

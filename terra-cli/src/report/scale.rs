@@ -1,6 +1,7 @@
 //! Axes: ranges and round ticks.
 
 use super::number::number;
+use super::words::unit_suffix;
 
 /// One axis of a figure.
 #[derive(Clone, Debug)]
@@ -11,6 +12,14 @@ pub(super) struct Axis {
     pub(super) range: (f64, f64),
     /// Where ticks stand, and what they say.
     pub(super) ticks: Vec<(f64, String)>,
+    /// Name of the quantity in SI, as a column of a log has it.
+    name: String,
+    /// Unit it is shown in.
+    pub(super) unit: String,
+    /// Shown value of one SI unit.
+    pub(super) factor: f64,
+    /// Whether the axis shows log10 of the shown value.
+    pub(super) log: bool,
 }
 
 impl Axis {
@@ -48,7 +57,46 @@ impl Axis {
             title: title.into(),
             range,
             ticks,
+            name: String::new(),
+            unit: String::new(),
+            factor: 1.0,
+            log: false,
         }
+    }
+
+    /// Rows from the top down, the first at 0, without ticks: each says itself what it is.
+    pub(super) fn rows(count: f64) -> Self {
+        Axis {
+            ticks: vec![],
+            ..Axis::linear("", (count - 0.5, -0.5), 1)
+        }
+    }
+
+    /// What is drawn along it: a column name in SI (`sinkage_m`), the unit shown, and the shown value of one SI unit.
+    pub(super) fn named(self, name: &str, unit: &str, factor: f64) -> Self {
+        Axis {
+            name: name.to_owned(),
+            unit: unit.to_owned(),
+            factor,
+            ..self
+        }
+    }
+
+    /// Where an SI value stands, in the coordinate of `range`.
+    pub(super) fn place(&self, si: f64) -> f64 {
+        let shown = si * self.factor;
+        if self.log { shown.log10() } else { shown }
+    }
+
+    /// Its column of a table.
+    pub(super) fn column(&self) -> String {
+        self.name.clone()
+    }
+
+    /// The column of its 1-sigma: `drawbar_pull_sd_N`.
+    pub(super) fn sd_column(&self) -> String {
+        let (stem, unit) = unit_suffix(&self.name);
+        format!("{stem}_sd{unit}")
     }
 
     /// An axis of log10(value), from `low` to `high`, labelled with the values.
@@ -70,6 +118,10 @@ impl Axis {
             title: title.into(),
             range: (low, high),
             ticks,
+            name: String::new(),
+            unit: String::new(),
+            factor: 1.0,
+            log: true,
         }
     }
 }
@@ -93,7 +145,7 @@ fn extent(values: impl IntoIterator<Item = f64>) -> (f64, f64) {
     (low, high)
 }
 
-/// 1, 2 or 5 times a power of ten, at least `raw`.
+/// The one of 1, 2 or 5 times a power of ten whose ratio to `raw` is nearest to one.
 fn round_step(raw: f64) -> f64 {
     if !(raw.is_finite() && raw > 0.0) {
         return 1.0;
@@ -101,10 +153,12 @@ fn round_step(raw: f64) -> f64 {
     let power = 10f64.powf(raw.log10().floor());
     let lead = raw / power;
     power
-        * [1.0, 2.0, 5.0]
-            .into_iter()
-            .find(|s| lead <= s * (1.0 + 1e-9))
-            .unwrap_or(10.0)
+        * match lead {
+            l if l < 2f64.sqrt() => 1.0,
+            l if l < 10f64.sqrt() => 2.0,
+            l if l < 50f64.sqrt() => 5.0,
+            _ => 10.0,
+        }
 }
 
 #[cfg(test)]

@@ -7,6 +7,7 @@ use terra_data::{
     WheelData,
 };
 use terra_gap::{Diagnosis, RigPredictor, Settings, diagnose_rig};
+use terra_model::bevameter::{Curve, fit_plates};
 use terra_model::{Contact, ForceLaw, Registry, catalogue};
 
 use super::*;
@@ -104,7 +105,7 @@ fn diagnosis(slips: &[f64], e: f64) -> (Diagnosis, RigPredictor) {
 
 const SLIPS: [f64; 7] = [0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6];
 
-fn identification() -> IdentifyView {
+pub(super) fn identification() -> IdentifyView {
     let rows = 50;
     let fall = |k: usize| 0.5 * (-(k as f64) / 20.0).exp();
     IdentifyView {
@@ -115,12 +116,27 @@ fn identification() -> IdentifyView {
             ids: vec!["dry_sand".to_owned(), "a&b".to_owned()],
             probability: (0..rows).map(|k| vec![1.0 - fall(k), fall(k)]).collect(),
             posterior: vec![("a&b".to_owned(), 0.04), ("dry_sand".to_owned(), 0.96)],
+            parameters: vec![ParameterPath {
+                name: "friction_angle".to_owned(),
+                unit: "rad".to_owned(),
+                mean: (0..rows).map(|k| 0.5 + 0.1 * fall(k)).collect(),
+                sd: (0..rows).map(fall).collect(),
+                refined: Some((0.5, 0.01)),
+            }],
             force_slip: Some(ForceSlip {
+                load: 80.0,
+                radius: 0.2,
                 slip: vec![0.1, 0.2, 0.3],
-                drawbar_mean: vec![1.0, 2.0, f64::NAN],
-                drawbar_sd: vec![0.1, f64::NAN, 0.1],
-                torque_mean: vec![3.0, 4.0, 5.0],
-                torque_sd: vec![0.1; 3],
+                drawbar: vec![(1.0, 0.1), (2.0, f64::NAN), (f64::NAN, 0.1)],
+                torque: vec![(3.0, 0.1), (4.0, 0.1), (5.0, 0.1)],
+                sinkage: vec![],
+                measured: vec![MeasuredForces {
+                    trial: "<a>, b".to_owned(),
+                    slip: (0.2, 0.01),
+                    drawbar: (2.1, 0.1),
+                    torque: (4.2, 0.1),
+                    sinkage: (f64::NAN, f64::NAN),
+                }],
             }),
             truth: Some("dry_sand".to_owned()),
             alarm: None,
@@ -129,7 +145,87 @@ fn identification() -> IdentifyView {
     }
 }
 
-fn page(sections: Vec<Section>) -> String {
+fn wheel() -> WheelView {
+    let row = |slip: f64| WheelRow {
+        slip,
+        drawbar: 100.0 * (slip - 0.1),
+        torque: 20.0 * slip,
+        sinkage: 0.01 + 0.01 * slip,
+        stresses: (0..5).map(|k| [0.1 * f64::from(k), 1e3, -1e2]).collect(),
+    };
+    WheelView {
+        title: "Forces".to_owned(),
+        load: 80.0,
+        radius: 0.2,
+        rows: vec![row(0.05), row(0.2), row(0.4)],
+    }
+}
+
+fn estimate() -> EstimateView {
+    let rows = 1000;
+    let sd = |k: usize| if k == 0 { 1e6 } else { 1.0 };
+    let channel = |name: &str| Channel {
+        name: name.to_owned(),
+        unit: "N".to_owned(),
+        value: (0..rows).map(|k| (k as f64 * 0.02).sin() * 10.0).collect(),
+        sd: (0..rows).map(sd).collect(),
+    };
+    EstimateView {
+        title: "Forces".to_owned(),
+        time: (0..rows).map(|k| k as f64 * 0.01).collect(),
+        segments: vec![("a".to_owned(), 0), ("b".to_owned(), 400)],
+        flags: vec![("starting".to_owned(), 100), ("ok".to_owned(), 900)],
+        figures: vec![(
+            "Sides".to_owned(),
+            "Sum.".to_owned(),
+            vec![channel("side_force_left_N"), channel("side_force_right_N")],
+        )],
+    }
+}
+
+/// One of each kind.
+pub(super) fn every_section() -> Vec<Section> {
+    let (d, predictor) = diagnosis(&SLIPS, 0.5);
+    // Bekker's law with n = 1: p = 2 MPa/m z.
+    let curve = Curve {
+        test: "<plate>".to_owned(),
+        given: 0.05,
+        points: (1..40)
+            .map(|k| (1e-3 * f64::from(k), 2e3 * f64::from(k)))
+            .collect(),
+    };
+    let plates = BevameterView {
+        title: "Soil".to_owned(),
+        shear: false,
+        fits: fit_plates(&[curve], 0.0, 1.0).unwrap(),
+    };
+    let profiles = ProfilesView {
+        title: "Identifiability".to_owned(),
+        lead: "Lead.".to_owned(),
+        undetermined: vec![],
+        profiles: vec![(
+            terra_mme::Profile {
+                name: "cohesion",
+                points: (-3..=3)
+                    .map(|k| (10.0 + f64::from(k), f64::from(k * k)))
+                    .collect(),
+                low: Some(8.0),
+                high: None,
+            },
+            "Pa".to_owned(),
+        )],
+    };
+    vec![
+        identify_section(&identification()),
+        gap_section(&d, Some(&GapCurves::of_rig(&d, &predictor))),
+        wheel_section(&wheel()),
+        estimate_section(&estimate()),
+        bevameter_section(&plates),
+        profiles_section(&profiles),
+    ]
+}
+
+pub(super) fn page(sections: Vec<Section>) -> String {
     Page {
         title: "A report".to_owned(),
         subtitle: "of a test".to_owned(),
@@ -140,28 +236,44 @@ fn page(sections: Vec<Section>) -> String {
     .unwrap()
 }
 
+/// The panels of a page.
 fn figures(html: &str) -> Vec<&str> {
-    html.match_indices("<svg ")
+    html.match_indices("<svg xmlns=\"http")
         .map(|(at, _)| {
-            let end = html[at..].find("</svg>").unwrap();
+            let end = html[at..].find("</svg><pre").unwrap();
             &html[at..at + end + "</svg>".len()]
         })
-        .filter(|svg| !svg.contains("aria-hidden"))
         .collect()
 }
 
-/// Rules of every page: nothing fetched, no script, no NaN, well-formed figures with a text alternative.
+/// Rules of every page: nothing fetched, no script but the page's own, no NaN, well-formed figures with a text
+/// alternative and their numbers.
 fn assert_sound(html: &str) {
-    let without_namespace = html.replace("xmlns=\"http://www.w3.org/2000/svg\"", "");
+    let (before, rest) = html.split_once("<script>").unwrap();
+    let (script, after) = rest.split_once("</script>").unwrap();
+    assert_eq!(script, include_str!("page.js"));
+    let own = format!("{before}{after}");
+    let without_namespace = own.replace("xmlns=\"http://www.w3.org/2000/svg\"", "");
     for fetched in [
         "http://", "https://", "<script", "<link", "<img", "@import", "url(", "src=",
     ] {
         assert!(!without_namespace.contains(fetched), "{fetched}");
     }
-    for bad in ["NaN", "inf ", "#0102"] {
-        assert!(!html.contains(bad), "{bad}");
+    for fetching in [
+        "fetch(",
+        "XMLHttpRequest",
+        "import(",
+        "WebSocket",
+        "sendBeacon",
+        "eval(",
+    ] {
+        assert!(!script.contains(fetching), "{fetching}");
     }
-    for svg in figures(html) {
+    for bad in ["NaN", "inf ", "#0102"] {
+        assert!(!own.contains(bad), "{bad}");
+    }
+    let panels = figures(html);
+    for svg in &panels {
         let document = roxmltree::Document::parse(svg).unwrap();
         let root = document.root_element();
         assert_eq!(root.attribute("role"), Some("img"));
@@ -169,7 +281,16 @@ fn assert_sound(html: &str) {
         assert!(root.attribute("width").is_none());
         let title = root.children().find(|n| n.has_tag_name("title")).unwrap();
         assert!(!title.text().unwrap().is_empty());
+        for axis in ["data-x", "data-y"] {
+            let axis: serde_json::Value =
+                serde_json::from_str(root.attribute(axis).unwrap()).unwrap();
+            assert_ne!(axis["name"], "", "an axis without a column");
+        }
     }
+    assert_eq!(
+        html.matches("<pre class=\"numbers\" hidden>series").count(),
+        panels.len()
+    );
 }
 
 #[test]
@@ -194,13 +315,29 @@ fn a_found_effect_is_told_in_all_sections() {
     }
     assert!(html.contains("One known effect explains the gap: slip-sinkage"));
     assert!(html.contains("a &lt;note&gt;") && html.contains("not calibrated"));
-    // The waterfall and three channels, the before curve dashed and the after curve not.
+    // The waterfall, three channels and two stresses, the before curve dashed and the after curve not.
     let figures = figures(&html);
-    assert_eq!(figures.len(), 4);
+    assert_eq!(figures.len(), 6);
     for svg in &figures[1..] {
         assert!(svg.contains("stroke=\"var(--before)\" stroke-dasharray="));
         assert!(svg.contains("stroke=\"var(--after)\" stroke-width"));
     }
+}
+
+/// Stress falls to nothing where the rim leaves and enters the soil; slip-sinkage puts more of the rim into it.
+#[test]
+fn stresses_are_those_of_both_laws() {
+    let (d, predictor) = diagnosis(&SLIPS, 0.5);
+    let stresses = GapCurves::of_rig(&d, &predictor).stresses;
+    assert_eq!((stresses.slip, stresses.load), (0.3, 245.25));
+    for profile in [&stresses.before, &stresses.after] {
+        let most = profile.iter().map(|p| p[1]).fold(0.0, f64::max);
+        assert!(most > 1e3);
+        for end in [profile.first(), profile.last()] {
+            assert!(end.unwrap()[1].abs() < 1e-3 * most);
+        }
+    }
+    assert_eq!(d.accepted_names, ["slip-sinkage"]);
 }
 
 /// The law that made the readings runs through them: magnitude and soil were recovered to within the noise.
@@ -291,7 +428,8 @@ fn each_verdict_has_its_sentence() {
 fn an_identification_is_told_with_its_figures() {
     let html = page(vec![identify_section(&identification())]);
     assert_sound(&html);
-    assert_eq!(figures(&html).len(), 3);
+    // History, one parameter; pull, torque, traction coefficient, efficiency, but no sinkage.
+    assert_eq!(figures(&html).len(), 6);
     assert!(html.contains("dry_sand (96\u{a0}%), which is the truth"));
     assert!(html.contains("a&amp;b"));
     // Without history, forces and truth there is still a table.
@@ -299,8 +437,81 @@ fn an_identification_is_told_with_its_figures() {
     view.groups[0].probability.clear();
     view.groups[0].force_slip = None;
     view.groups[0].truth = None;
+    view.groups[0].parameters.clear();
     let html = page(vec![identify_section(&view)]);
     assert_sound(&html);
     assert_eq!(figures(&html).len(), 0);
     assert!(html.contains("<td>") || html.contains("<td class"));
+}
+
+/// A pulling wheel and its stresses; a soil that does not carry it says so.
+#[test]
+fn a_wheel_is_told_with_stresses_and_worth() {
+    let mut view = wheel();
+    let html = page(vec![wheel_section(&view)]);
+    assert_sound(&html);
+    assert_eq!(figures(&html).len(), 7);
+    // D r (1 - s) / T: 10 x .2 x .8 / 4 = .4 at slip .2, 30 x .2 x .6 / 8 = .45 at slip .4; the pull there is 30 N of 80.
+    assert!(html.contains("pulls most at slip 0.40: 30.0\u{a0}N, 38\u{a0}% of its load"));
+    assert!(html.contains("most efficiently at slip 0.40, with 45\u{a0}% of its power"));
+    view.rows = vec![WheelRow {
+        slip: 0.1,
+        ..WheelRow::NONE
+    }];
+    let html = page(vec![wheel_section(&view)]);
+    assert_sound(&html);
+    assert!(html.contains("does not carry the wheel at any"));
+}
+
+/// The axis is that of the settled estimate: a start that knows nothing must not flatten what follows.
+#[test]
+fn an_estimate_is_told_over_time() {
+    let view = estimate();
+    let html = page(vec![estimate_section(&view)]);
+    assert_sound(&html);
+    let panels = figures(&html);
+    assert_eq!(panels.len(), 2);
+    assert!(html.contains("1000 rows in 2 segments: 90\u{a0}% of them"));
+    for svg in panels {
+        let document = roxmltree::Document::parse(svg).unwrap();
+        let y: serde_json::Value =
+            serde_json::from_str(document.root_element().attribute("data-y").unwrap()).unwrap();
+        assert!(y["range"][0].as_f64().unwrap() > -20.0 && y["range"][1].as_f64().unwrap() < 20.0);
+        // Two segments are two lines.
+        let lines = document
+            .descendants()
+            .filter(|n| n.attribute("stroke-width") == Some("2"));
+        assert!(lines.filter(|n| n.has_tag_name("polyline")).count() >= 2);
+    }
+}
+
+/// Files have names of their own even where titles are the same, and hold what the page holds.
+#[test]
+fn figures_are_files() {
+    let sections = vec![
+        identify_section(&identification()),
+        identify_section(&identification()),
+    ];
+    let page = Page {
+        sections,
+        ..Page::default()
+    };
+    let files = page.figures();
+    let names: std::collections::BTreeSet<&str> = files.iter().map(|f| f.name.as_str()).collect();
+    assert_eq!((files.len(), names.len()), (12, 12));
+    let html = page.render().unwrap();
+    for file in &files {
+        assert!(html.contains(&format!("data-file=\"{}\"", file.name)));
+        roxmltree::Document::parse(&file.svg).unwrap();
+    }
+    let pull = files
+        .iter()
+        .find(|f| f.name == "drawbar-pull-against-slip-left")
+        .unwrap();
+    assert_eq!(
+        pull.csv,
+        "series,label,slip,slip_sd,drawbar_pull_N,drawbar_pull_sd_N\n\
+         predicted ± 1 sd,,0.1,,1,0.1\npredicted ± 1 sd,,0.2,,2,\n\
+         measured ± 1 sd,\"<a>, b\",0.2,0.01,2.1,0.1\n"
+    );
 }

@@ -24,9 +24,17 @@ impl Quantity {
 }
 
 /// Unit suffixes of the log columns, longest first.
-const SUFFIXES: [&str; 11] = [
-    "_rad_s2", "_rad_s", "_m_s2", "_m_s", "_N_m", "_kg", "_rad", "_N", "_A", "_s", "_m",
+const SUFFIXES: [&str; 12] = [
+    "_rad_s2", "_rad_s", "_m_s2", "_m_s", "_N_m", "_kg", "_rad", "_Pa", "_N", "_A", "_s", "_m",
 ];
+
+/// A column name before its unit, and the unit with its dash: (`drawbar_pull`, `_N`).
+pub(super) fn unit_suffix(name: &str) -> (&str, &str) {
+    SUFFIXES
+        .iter()
+        .find_map(|s| Some((name.strip_suffix(s)?, *s)))
+        .unwrap_or((name, ""))
+}
 const WHEELS: [(&str, &str); 4] = [
     ("_fl", " (front left)"),
     ("_fr", " (front right)"),
@@ -36,10 +44,7 @@ const WHEELS: [(&str, &str); 4] = [
 
 /// The channel `name` of the data (`wheel_torque_fl_N_m`) with its SI unit; sinkage is shown in millimetres.
 pub(super) fn quantity(name: &str, si: &str) -> Quantity {
-    let mut stem = name;
-    if let Some(rest) = SUFFIXES.iter().find_map(|s| stem.strip_suffix(s)) {
-        stem = rest;
-    }
+    let (mut stem, _) = unit_suffix(name);
     let mut wheel = "";
     for (token, words) in WHEELS {
         if let Some(rest) = stem.strip_suffix(token) {
@@ -85,6 +90,29 @@ pub(super) fn unit(si: &str) -> String {
             .replace("^3", "³")
             .replace("s2", "s²")
             .replace(' ', "\u{a0}"),
+    }
+}
+
+/// A soil parameter in words; symbols (`k_phi`, `c1`) stay as they are.
+pub(super) fn parameter(name: &str) -> String {
+    if name.starts_with("k_") || name.len() <= 3 {
+        name.to_owned()
+    } else {
+        capital(&name.replace('_', " "))
+    }
+}
+
+/// The unit in which a soil parameter's numbers stay short on an axis, and its shown value of one SI unit.
+pub(super) fn parameter_unit(si: &str, values: impl IntoIterator<Item = f64>) -> (String, f64) {
+    let finite = values.into_iter().filter(|v| v.is_finite());
+    let most = finite.fold(0.0f64, |a, v| a.max(v.abs()));
+    match si {
+        "Pa" => ("kPa".to_owned(), 1e-3),
+        "rad" => ("deg".to_owned(), 180.0 / std::f64::consts::PI),
+        "m" if most < 0.5 => ("mm".to_owned(), 1e3),
+        si if si.starts_with("N/m") && most >= 1e7 => (format!("M{}", unit(si)), 1e-6),
+        si if si.starts_with("N/m") && most >= 1e4 => (format!("k{}", unit(si)), 1e-3),
+        si => (unit(si), 1.0),
     }
 }
 

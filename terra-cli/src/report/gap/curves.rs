@@ -2,13 +2,14 @@
 
 use terra_gap::{Diagnosis, Hypothesis, RigPredictor};
 
-use super::super::ReportError;
-use super::super::block::{Figure, Key, Section};
-use super::super::figure::{Layout, Plot};
+use super::super::block::{Figure, Section};
+use super::super::data::{Datum, Look, Series};
 use super::super::number::{count, number, plain};
 use super::super::paint::Paint;
+use super::super::plot::{self, Layout, Plot};
 use super::super::scale::Axis;
 use super::super::words::{quantity, unit_after};
+use super::stress::{self, Stresses};
 
 /// Steps of slip of a curve.
 const STEPS: usize = 80;
@@ -61,6 +62,8 @@ pub struct GapCurves {
     pub panels: Vec<Panel>,
     /// Groups beyond the largest ones, which have no panels.
     pub left_out: usize,
+    /// Stress along the contact in the largest group.
+    pub stresses: Stresses,
 }
 
 impl GapCurves {
@@ -91,7 +94,12 @@ impl GapCurves {
                 (0..d.data.channels.len()).filter_map(|c| panel(d, predictor, name, rows, c))
             })
             .collect();
-        GapCurves { panels, left_out }
+        let largest = groups.first().map_or(&[][..], |g| g.1.as_slice());
+        GapCurves {
+            stresses: Stresses::of_rig(d, predictor, largest),
+            panels,
+            left_out,
+        }
     }
 }
 
@@ -160,7 +168,7 @@ fn panel(
     })
 }
 
-fn median(mut values: Vec<f64>) -> f64 {
+pub(super) fn median(mut values: Vec<f64>) -> f64 {
     values.sort_by(f64::total_cmp);
     values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
 }
@@ -171,45 +179,14 @@ pub(super) fn write(s: &mut Section, d: &Diagnosis, curves: Option<&GapCurves>) 
     };
     s.heading("Measured and simulated");
     s.figure(figure(d, curves));
+    stress::write(s, d, &curves.stresses);
 }
 
 fn elsewhere(panel: &Panel, point: &Point) -> bool {
     (point.load / panel.load - 1.0).abs() > OTHER_LOAD
 }
 
-fn figure(d: &Diagnosis, curves: &GapCurves) -> Result<Figure, ReportError> {
-    let panels = curves
-        .panels
-        .iter()
-        .map(|p| draw(d, p))
-        .collect::<Result<Vec<_>, _>>()?;
-    let added = d.accepted_names.join(" and ");
-    let mut legend = vec![Key {
-        sample: "measured",
-        text: "measured, ± 1 sd".to_owned(),
-    }];
-    let other_load = curves
-        .panels
-        .iter()
-        .any(|p| p.measured.iter().any(|m| elsewhere(p, m)));
-    if other_load {
-        legend.push(Key {
-            sample: "elsewhere",
-            text: "measured at another load".to_owned(),
-        });
-    }
-    if curves.panels.iter().any(|p| !p.before.is_empty()) {
-        legend.push(Key {
-            sample: "before",
-            text: "simulator, soil re-fitted".to_owned(),
-        });
-    }
-    if curves.panels.iter().any(|p| !p.after.is_empty()) {
-        legend.push(Key {
-            sample: "after",
-            text: format!("the same with {added}"),
-        });
-    }
+fn figure(d: &Diagnosis, curves: &GapCurves) -> Figure {
     let mut loads: Vec<String> = vec![];
     for p in &curves.panels {
         let load = unit_after(&plain(p.load), "N");
@@ -222,45 +199,83 @@ fn figure(d: &Diagnosis, curves: &GapCurves) -> Result<Figure, ReportError> {
             loads.push(text);
         }
     }
-    let mut caption = format!(
-        "Curves at the median normal load, {}. Error bars are those of the sensors; an error of slip or load also moves the curves.",
-        loads.join(", ")
-    );
+    let mut caption = if curves.panels.iter().all(|p| p.before.is_empty()) {
+        "Error bars are those of the sensors.".to_owned()
+    } else {
+        format!(
+            "Curves at the median normal load, {}. Error bars are those of the sensors; an error of slip or load also moves the curves.",
+            loads.join(", ")
+        )
+    };
     if curves.left_out > 0 {
         caption.push_str(&format!(
             " {} with fewer rows not shown.",
             count(curves.left_out, "group")
         ));
     }
-    Ok(Figure {
-        panels,
-        legend,
-        caption,
-    })
+    Figure::new(curves.panels.iter().map(|p| draw(d, p)).collect(), caption)
 }
 
-fn draw(d: &Diagnosis, panel: &Panel) -> Result<String, ReportError> {
-    let q = quantity(&panel.channel, &panel.unit);
-    let f = q.factor;
-    let lines = |curve: &Curve| -> Vec<Vec<(f64, f64)>> {
-        curve
+/// The stretches of a curve as one line with breaks.
+fn line(curve: &Curve) -> Vec<Datum> {
+    let mut out = vec![];
+    for stretch in curve {
+        if !out.is_empty() {
+            out.push(Datum::at(f64::NAN, f64::NAN));
+        }
+        out.extend(stretch.iter().map(|(x, y)| Datum::at(*x, *y)));
+    }
+    out
+}
+
+fn series(d: &Diagnosis, panel: &Panel) -> Vec<Series> {
+    let measured = |hollow: bool| -> Vec<Datum> {
+        let points = panel
+            .measured
             .iter()
-            .map(|s| s.iter().map(|(x, y)| (*x, y * f)).collect())
+            .filter(|p| elsewhere(panel, p) == hollow);
+        points
+            .map(|p| {
+                Datum::at(p.slip, p.value)
+                    .sd(p.slip_sd, p.sd)
+                    .labelled(unit_after(&plain(p.load), "N"))
+            })
             .collect()
     };
-    let (before, after) = (lines(&panel.before), lines(&panel.after));
-    let ends = panel
-        .measured
-        .iter()
-        .flat_map(|p| [(p.value - p.sd) * f, (p.value + p.sd) * f, p.value * f]);
-    let drawn = before.iter().chain(&after).flatten().map(|p| p.1);
+    let added = d.accepted_names.join(" and ");
+    vec![
+        Series::new(
+            "simulator, soil re-fitted",
+            Look::Line(Paint::Before),
+            line(&panel.before),
+        ),
+        Series::new(
+            format!("the same with {added}"),
+            Look::Line(Paint::After),
+            line(&panel.after),
+        ),
+        Series::new(
+            "measured at another load",
+            Look::Points { hollow: true },
+            measured(true),
+        ),
+        Series::new(
+            "measured ± 1 sd",
+            Look::Points { hollow: false },
+            measured(false),
+        ),
+    ]
+}
+
+fn draw(d: &Diagnosis, panel: &Panel) -> plot::Panel {
+    let q = quantity(&panel.channel, &panel.unit);
     let title = if panel.group.is_empty() {
         q.axis()
     } else {
         format!("{} ({})", q.axis(), panel.group)
     };
-    let far = |name: &str, curve: &[Vec<(f64, f64)>]| -> Option<String> {
-        let ys: Vec<f64> = curve.iter().flatten().map(|p| p.1).collect();
+    let far = |name: &str, curve: &Curve| -> Option<String> {
+        let ys: Vec<f64> = curve.iter().flatten().map(|p| p.1 * q.factor).collect();
         let (first, last) = (ys.first()?, ys.last()?);
         Some(format!(
             "{name} runs from {} to {}",
@@ -273,32 +288,27 @@ fn draw(d: &Diagnosis, panel: &Panel) -> Result<String, ReportError> {
         count(panel.measured.len(), "measured point"),
         plain(panel.load)
     )];
-    said.extend(far("the simulator with re-fitted soil (dashed)", &before));
+    said.extend(far(
+        "the simulator with re-fitted soil (dashed)",
+        &panel.before,
+    ));
     said.extend(far(
         &format!("with {} (solid)", d.accepted_names.join(" and ")),
-        &after,
+        &panel.after,
     ));
+    let series = series(d, panel);
+    let all = || series.iter().flat_map(Series::extent);
     let plot = Plot {
         layout: Layout::PANEL,
-        x: Axis::over("slip", panel.measured.iter().map(|p| p.slip), 5),
-        y: Axis::over(title.clone(), ends.chain(drawn), 5),
+        x: Axis::over("slip", all().map(|p| p.0), 5).named("slip", "", 1.0),
+        y: Axis::over(title.clone(), all().map(|p| p.1 * q.factor), 5).named(
+            &panel.channel,
+            &q.unit,
+            q.factor,
+        ),
         title,
         description: format!("{}.", said.join("; ")),
+        series,
     };
-    plot.draw(|c| {
-        for stretch in &before {
-            c.line(stretch, Paint::Before, 2)?;
-        }
-        for stretch in &after {
-            c.line(stretch, Paint::After, 2)?;
-        }
-        for p in &panel.measured {
-            c.point(
-                (p.slip, p.value * f),
-                (p.slip_sd, p.sd * f),
-                elsewhere(panel, p),
-            )?;
-        }
-        Ok(())
-    })
+    plot.draw()
 }

@@ -3,8 +3,10 @@
 mod causes;
 mod curves;
 mod data;
+mod misfit;
 mod place;
 mod soil;
+mod stress;
 mod verdict;
 mod waterfall;
 
@@ -16,6 +18,7 @@ use terra_model::{AnyEffect, Registry};
 use super::block::Section;
 
 pub use curves::{Curve, GapCurves, Panel, Point};
+pub use stress::Stresses;
 
 /// The sim-to-real diagnosis as a section: verdict, waterfall, curves, where, causes, soil, look-alikes and next
 /// experiments, data.
@@ -32,6 +35,9 @@ pub fn gap_section(d: &Diagnosis, curves: Option<&GapCurves>) -> Section {
     waterfall::write(&mut s, d);
     curves::write(&mut s, d, curves);
     place::write(&mut s, d);
+    if curves.is_none() {
+        misfit::write(&mut s, d);
+    }
     causes::write(&mut s, d);
     soil::write(&mut s, d);
     causes::write_look_alikes(&mut s, d);
