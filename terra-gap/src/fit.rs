@@ -287,7 +287,8 @@ pub(crate) fn fit_near<P: Predictor>(
             }
         }
     }
-    if !exact && certified {
+    // One that was given up is only known to be far: a carried Jacobian says as much.
+    if !exact && certified && !given_up {
         (r, j) = whiten(&x)?;
     }
     let at_bound = (0..d).map(|k| x[k] <= low[k] || x[k] >= high[k]).collect();

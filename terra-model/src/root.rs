@@ -111,8 +111,8 @@ impl<P: Root> Search<P> {
             return Ok(root);
         }
         let angle = root.exp();
+        // The last of them is the root: callers keep what they found there.
         if grows_soundly(angle, &supported_load) {
-            at(root);
             return Ok(root);
         }
         let suspect = fold_below(angle, angle * FIRST_LOOK, load * FOOTHOLD, &supported_load);
@@ -230,9 +230,9 @@ const FOOTHOLD: f64 = 0.01;
 const FLAT: f64 = 0.25;
 
 /// Shares of the root at which a wheel that is far from any fold shows it.
-const GLANCES: [f64; 4] = [0.125, 0.3, 0.55, 0.8];
+const GLANCES: [f64; 2] = [0.45, 1.0];
 /// d ln W / d ln θ1 from which it is: on its way to a fold the load grows more and more slowly over tens of degrees.
-const SOUND: f64 = 0.8;
+const SOUND: f64 = 0.5;
 
 /// True where the load grows well at every glance below a root.
 fn grows_soundly<P: Root>(root: P, supported_load: &impl Fn(P) -> (P, P)) -> bool {
