@@ -230,9 +230,9 @@ const FOOTHOLD: f64 = 0.01;
 const FLAT: f64 = 0.25;
 
 /// Shares of the root at which a wheel that is far from any fold shows it.
-const GLANCES: [f64; 2] = [0.45, 1.0];
+const GLANCES: [f64; 4] = [0.2, 0.5, 0.8, 1.0];
 /// d ln W / d ln θ1 from which it is: on its way to a fold the load grows more and more slowly over tens of degrees.
-const SOUND: f64 = 0.5;
+const SOUND: f64 = 0.8;
 
 /// True where the load grows well at every glance below a root.
 fn grows_soundly<P: Root>(root: P, supported_load: &impl Fn(P) -> (P, P)) -> bool {

@@ -219,8 +219,13 @@ impl FreeForm {
         let (own, terms) = self.split(e);
         let mut growth = T::zero();
         for (term, a) in terms {
-            if term == Term::WheelTorque && channel == Channel::WheelTorque {
-                growth += a * Regime::share(truth, self.regime.torque);
+            let share = || Regime::share(truth, self.regime.torque);
+            match (term, channel) {
+                (Term::WheelTorque, Channel::WheelTorque) => growth += a * share(),
+                (Term::WheelTorqueBend, Channel::WheelTorque) => {
+                    growth += a * Regime::bend(share());
+                }
+                _ => {}
             }
         }
         inner.report_at(&grown(own, growth), channel, truth, rate)
@@ -410,7 +415,10 @@ mod tests {
         ] {
             assert!(terms(exact).is_empty(), "{exact} {:?}", terms(exact));
         }
-        assert_eq!(terms("torque-droop"), [Term::WheelTorque]);
+        assert_eq!(
+            terms("torque-droop"),
+            [Term::WheelTorque, Term::WheelTorqueBend]
+        );
         assert!(terms("slip-sinkage").contains(&Term::Slip));
         assert!(terms("tow-load").contains(&Term::Offset));
     }

@@ -35,7 +35,7 @@ const TERM_FROM: f64 = 2.0;
 /// How many times what its terms promise, and how much more, a fit is trusted to gain.
 const TRUST: (f64, f64) = (1.3, 10.0);
 /// Gain \[nats\] of the best single cause from which its formula can be asked about at all.
-const EFFECT: f64 = 10.0;
+const EFFECT: f64 = 6.0;
 /// Nats that it must be behind another answer.
 const BEHIND: f64 = 2.0;
 /// Misfit per value from which a second round of terms is asked for.

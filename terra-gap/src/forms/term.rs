@@ -99,6 +99,8 @@ pub(crate) enum Term {
     Offset,
     /// With the torque of the wheel.
     WheelTorque,
+    /// Bent over the torque of the wheel.
+    WheelTorqueBend,
     /// With the speed of the wheel.
     WheelSpeed,
 }
@@ -106,7 +108,7 @@ pub(crate) enum Term {
 use Term::{
     Aside, Cohesion, Friction, Load, Offset, Passes, Path, PathBend, PathTwist, ShearModulus,
     SideForce, Slip, SlipBend, SlipNear, Speed, SpeedBend, Stiffness, Torque, WheelSpeed,
-    WheelTorque,
+    WheelTorque, WheelTorqueBend,
 };
 
 /// True where an instrument's torque is not a straight line of the true one: a line has one formula.
@@ -154,7 +156,7 @@ impl Term {
             ]);
         }
         if touches.contains(&Touch::Sensor) && is_bent(effect) {
-            out.push(WheelTorque);
+            out.extend([WheelTorque, WheelTorqueBend]);
         }
         let mut seen = vec![];
         out.retain(|t| {
@@ -190,6 +192,7 @@ impl Term {
             SideForce => ("in_side_force", "ln of the side force's share"),
             Offset => ("offset", "share that does not depend on the motion"),
             WheelTorque => ("by_wheel_torque", "ln growth with the wheel's torque"),
+            WheelTorqueBend => ("by_wheel_torque_bend", "its bend over the wheel's torque"),
             WheelSpeed => ("by_wheel_speed", "ln growth with the wheel's speed"),
         };
         Param {
