@@ -26,6 +26,9 @@ use crate::weigh::{Amplitudes, Weighed, contest, weigh};
 use free::FreeForm;
 use term::{Regime, Term};
 
+/// Manoeuvres from which a formula can be asked about: on a single ramp slip, speed and path are one variable, and a free
+/// formula would imitate what is in no library.
+const MANOEUVRES: usize = 3;
 /// Single causes that are asked again, the parts of the best pair beside them.
 const CAUSES: usize = 3;
 /// Terms that a formula may differ by, in as many rounds.
@@ -204,6 +207,9 @@ pub(crate) fn ask_again<P: Predictor>(
     null: f64,
     rival: f64,
 ) {
+    if ground.data.groups().len() < MANOEUVRES {
+        return;
+    }
     let by_evidence = |a: &Weighed, b: &Weighed| a.log_evidence.total_cmp(&b.log_evidence);
     let all = singles.iter().flat_map(|(_, w)| w);
     let best = all
