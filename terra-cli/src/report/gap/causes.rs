@@ -41,7 +41,7 @@ pub(super) fn write(s: &mut Section, d: &Diagnosis) {
         let form = if c.form == "default" {
             String::new()
         } else {
-            format!(", by another formula than the library's")
+            ", by another formula than the library's".to_owned()
         };
         t.rows.push(vec![
             Cell::from(c.name.replace('+', " + ")).with_note(summary(d, c) + &form),
