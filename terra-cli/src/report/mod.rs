@@ -26,6 +26,8 @@ mod wheel;
 mod words;
 
 #[cfg(test)]
+mod browser;
+#[cfg(test)]
 mod tests;
 
 pub use bevameter::{BevameterView, bevameter_section};
