@@ -38,7 +38,7 @@ struct Structure {
 /// The rig's programme under every structure.
 pub(crate) struct Programme {
     design: Design,
-    library: Library,
+    truths: Library,
     structures: Vec<Structure>,
 }
 
@@ -91,7 +91,7 @@ impl Programme {
             .collect::<Result<_, CliError>>()?;
         Ok(Programme {
             design,
-            library,
+            truths: library,
             structures,
         })
     }
@@ -169,7 +169,7 @@ impl Programme {
         let effect = known.map(|known| EffectSetting {
             name: known.name.clone(),
             magnitude: self
-                .library
+                .truths
                 .sizes(known)
                 .iter()
                 .map(|size| magnitude(size, draws))
@@ -179,7 +179,7 @@ impl Programme {
         let on = |scenario: &mut Scenario, soil| {
             scenario.left = Start::Values(soil);
             scenario.right = scenario.left.clone();
-            simulate_rig(scenario, &self.design.rover, self.library.registry())
+            simulate_rig(scenario, &self.design.rover, self.truths.registry())
         };
         let sim = on(&mut scenario, soil.clone())?.log;
         scenario.seed = draws.seed();
