@@ -42,10 +42,22 @@ seen.backAgain = far() < 0.011;
 const entry = figure.querySelector(".legend .key, .entry");
 entry.dispatchEvent(new MouseEvent("click", { bubbles: true }));
 seen.hidden = [...panel.querySelectorAll(".marks g")].filter((g) => g.getAttribute("visibility") === "hidden").map((g) => g.dataset.name);
-for (const button of panel.querySelectorAll(".tools button:not(.reset)")) button.click();
-setTimeout(() => {
+const buttons = [...panel.querySelectorAll(".tools button:not(.reset)")];
+for (const button of buttons) button.click();
+// Files are made beside the page, in real time. The browser writes the page down at its load event, which waits for
+// images: one follows the other until all files are there, or half a minute has passed.
+const until = performance.now() + 30000;
+const wait = () => {
+  if (Object.keys(seen.saved).length < buttons.length && performance.now() < until) {
+    const image = new Image();
+    image.onload = image.onerror = () => { image.remove(); wait(); };
+    document.body.append(image);
+    image.src = "data:image/svg+xml," + encodeURIComponent(`<svg xmlns="http://www.w3.org/2000/svg" id="n${performance.now()}"/>`);
+    return;
+  }
   const result = document.createElement("pre");
   result.id = "seen";
   result.textContent = JSON.stringify(seen);
   document.body.append(result);
-}, 1000);
+};
+wait();

@@ -40,7 +40,6 @@ fn rendered(program: &Path, folder: &Path, html: &str) -> (String, String) {
             "--disable-background-networking",
             "--host-resolver-rules=MAP * ~NOTFOUND",
             "--enable-logging=stderr",
-            "--virtual-time-budget=5000",
             "--dump-dom",
         ])
         .arg(format!("--user-data-dir={}", folder.join("user").display()))
