@@ -193,6 +193,24 @@ pub(crate) fn short(x: f64) -> String {
     }
 }
 
+/// A number of a CSV file, or an empty cell for one that does not exist.
+pub(crate) fn csv_number(x: f64) -> String {
+    if x.is_finite() {
+        x.to_string()
+    } else {
+        String::new()
+    }
+}
+
+/// A text of a CSV file, in quotes where it needs them.
+pub(crate) fn csv_text(text: &str) -> String {
+    if text.contains([',', '"', '\n', '\r']) {
+        format!("\"{}\"", text.replace('"', "\"\""))
+    } else {
+        text.to_owned()
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -6,6 +6,7 @@ use terra_data::{DriveLog, RigLog, Rover};
 use terra_model::{Law, Registry};
 
 use crate::contrast::against;
+use crate::dataset::{DataSet, Predictor};
 use crate::diagnose::{Diagnosis, diagnose};
 use crate::error::GapError;
 use crate::kinematic::diagnose_logs;
@@ -144,20 +145,14 @@ fn rig_logs(
     registry: &Registry,
     settings: &Settings,
 ) -> Result<(Diagnosis, rig::RigPredictor), GapError> {
-    let kind = LogKind::Rig;
-    let (data, predictor) = rig::from_logs(logs, rover)?;
-    let (setup, baseline) = match sim {
-        None => (setup(registry, rover, kind, logs.labels())?, None),
-        Some((sim, same_soil)) => {
-            let (data, predictor) = rig::from_log(sim, rover)?;
-            let labels = logs.labels();
-            let (setup, baseline) =
-                against(data, &predictor, registry, rover, kind, same_soil, labels)?;
-            (setup, Some(baseline))
-        }
+    let read = rig::from_logs(logs, rover)?;
+    let sim = match sim {
+        None => None,
+        Some((sim, same_soil)) => Some((rig::from_log(sim, rover)?, same_soil)),
     };
-    let mut diagnosis = diagnose(data, &predictor, &setup, settings)?;
-    diagnosis.baseline = baseline;
+    let labels = logs.labels();
+    let (mut diagnosis, predictor) =
+        with_baseline(read, sim, LogKind::Rig, labels, rover, registry, settings)?;
     diagnosis.logs = logs.joined();
     Ok((diagnosis, predictor))
 }
@@ -169,7 +164,6 @@ fn drive_logs(
     registry: &Registry,
     settings: &Settings,
 ) -> Result<Diagnosis, GapError> {
-    let kind = LogKind::Drive;
     let forces = logs.iter().any(|(_, log)| log.wheel_torque.is_some());
     if sim.is_some_and(|(sim, _)| !forces || sim.wheel_torque.is_none()) {
         return Err(GapError::Mismatch(
@@ -179,12 +173,31 @@ fn drive_logs(
     if !forces {
         return diagnose_logs(logs, rover, registry, settings);
     }
-    let (data, predictor) = drive::from_logs(logs, rover)?;
+    let read = drive::from_logs(logs, rover)?;
+    let sim = match sim {
+        None => None,
+        Some((sim, same_soil)) => Some((drive::from_log(sim, rover)?, same_soil)),
+    };
+    let labels = logs.labels();
+    let kind = LogKind::Drive;
+    let (mut diagnosis, _) = with_baseline(read, sim, kind, labels, rover, registry, settings)?;
+    diagnosis.logs = logs.joined();
+    Ok(diagnosis)
+}
+
+/// Diagnoses what was read, alone or against a simulator's log, which comes with whether it was given this very soil.
+fn with_baseline<P: Predictor>(
+    (data, predictor): (DataSet, P),
+    sim: Option<((DataSet, P), bool)>,
+    kind: LogKind,
+    labels: &[String],
+    rover: &Rover,
+    registry: &Registry,
+    settings: &Settings,
+) -> Result<(Diagnosis, P), GapError> {
     let (setup, baseline) = match sim {
-        None => (setup(registry, rover, kind, logs.labels())?, None),
-        Some((sim, same_soil)) => {
-            let (data, predictor) = drive::from_log(sim, rover)?;
-            let labels = logs.labels();
+        None => (setup(registry, rover, kind, labels)?, None),
+        Some(((data, predictor), same_soil)) => {
             let (setup, baseline) =
                 against(data, &predictor, registry, rover, kind, same_soil, labels)?;
             (setup, Some(baseline))
@@ -192,8 +205,7 @@ fn drive_logs(
     };
     let mut diagnosis = diagnose(data, &predictor, &setup, settings)?;
     diagnosis.baseline = baseline;
-    diagnosis.logs = logs.joined();
-    Ok(diagnosis)
+    Ok((diagnosis, predictor))
 }
 
 /// The nominal simulator and its rivals; `labels` are the logs that have a soil of their own.

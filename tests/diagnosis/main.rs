@@ -10,7 +10,7 @@ mod several;
 mod vehicle;
 mod watch;
 
-use terra::data::{Rover, parse_rover};
+use terra::data::{DriveLog, Rover, Segment, Series, parse_rover};
 use terra::gap::Diagnosis;
 
 /// A rig with the noise of a good testbed.
@@ -45,4 +45,32 @@ fn probability(d: &Diagnosis, name: &str) -> f64 {
 
 fn total(d: &Diagnosis) -> f64 {
     d.causes.iter().map(|c| c.probability).sum::<f64>() + d.probability_none + d.probability_unknown
+}
+
+/// Rows of a log, the segments that they touch.
+fn part(log: &DriveLog, from: usize, to: usize) -> DriveLog {
+    let one = |s: &Series| -> Series { s.iter().skip(from).take(to - from).collect() };
+    let some = |s: &Option<Series>| s.as_ref().map(one);
+    let four = |s: &[Series; 4]| s.each_ref().map(one);
+    DriveLog {
+        time: log.time[from..to].to_vec(),
+        segments: log
+            .segments
+            .iter()
+            .filter(|s| s.rows.start < to && s.rows.end > from)
+            .map(|s| Segment {
+                name: s.name.clone(),
+                rows: s.rows.start.max(from) - from..s.rows.end.min(to) - from,
+            })
+            .collect(),
+        wheel_speed: four(&log.wheel_speed),
+        wheel_torque: log.wheel_torque.as_ref().map(four),
+        ground_speed: some(&log.ground_speed),
+        yaw_rate: some(&log.yaw_rate),
+        accel_x: some(&log.accel_x),
+        pitch: some(&log.pitch),
+        payload: some(&log.payload),
+        pass: some(&log.pass),
+        ..DriveLog::default()
+    }
 }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use terra::data::{
-    DriveLog, Measured, RigLog, RigRow, Rover, Segment, SoilSharing, parse_rover, read_rover,
+    DriveLog, Measured, RigLog, RigRow, Rover, SoilSharing, parse_rover, read_rover,
 };
 use terra::gap::{
     Diagnosis, HoldOut, Named, Settings, diagnose_drive, diagnose_drives, diagnose_rig,
@@ -12,7 +12,7 @@ use terra::gap::{
 use terra::model::{Contact, ForceLaw, Registry, catalogue};
 use terra::sim::{EffectSetting, Scenario, simulate_drive};
 
-use crate::{probability, total};
+use crate::{part, probability, total};
 
 /// The effects that the rig's diagnoses weigh: enough for rivals, few enough to be quick.
 const ASKED: [&str; 4] = [
@@ -391,34 +391,5 @@ fn drive() -> (Rover, Registry, DriveLog) {
 /// Two logs: the segments before number `at`, and the others.
 fn cut(log: &DriveLog, at: usize) -> (DriveLog, DriveLog) {
     let row = log.segments[at].rows.start;
-    let part = |segments: &[Segment], from: usize, to: usize| -> DriveLog {
-        let one = |s: &terra::data::Series| -> terra::data::Series {
-            s.iter().skip(from).take(to - from).collect()
-        };
-        let some = |s: &Option<terra::data::Series>| s.as_ref().map(one);
-        let four = |s: &[terra::data::Series; 4]| s.each_ref().map(one);
-        DriveLog {
-            time: log.time[from..to].to_vec(),
-            segments: segments
-                .iter()
-                .map(|s| Segment {
-                    name: s.name.clone(),
-                    rows: s.rows.start - from..s.rows.end - from,
-                })
-                .collect(),
-            wheel_speed: four(&log.wheel_speed),
-            wheel_torque: log.wheel_torque.as_ref().map(four),
-            ground_speed: some(&log.ground_speed),
-            yaw_rate: some(&log.yaw_rate),
-            accel_x: some(&log.accel_x),
-            pitch: some(&log.pitch),
-            payload: some(&log.payload),
-            pass: some(&log.pass),
-            ..DriveLog::default()
-        }
-    };
-    (
-        part(&log.segments[..at], 0, row),
-        part(&log.segments[at..], row, log.time.len()),
-    )
+    (part(log, 0, row), part(log, row, log.time.len()))
 }

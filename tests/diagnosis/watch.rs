@@ -2,12 +2,14 @@
 
 use std::path::Path;
 
-use terra::data::{DriveLog, Rover, Segment, Series, Start, parse_rover, read_rover};
+use terra::data::{DriveLog, Rover, Start, parse_rover, read_rover};
 use terra::gap::{
     BaselineSpan, Provenance, Watch, WatchEvent, WatchSettings, WatchStep, watch_json,
 };
 use terra::model::Registry;
 use terra::sim::{Command, DriveSegment, Patch, Profile, Scenario, StartMotion, simulate_drive};
+
+use crate::part;
 
 /// When the torque sensors go wrong \[s\].
 const STEP: f64 = 40.0;
@@ -259,32 +261,4 @@ fn what_cannot_be_watched_says_why() {
         "rig.toml",
     );
     assert!(Watch::new(&rig.unwrap(), &Registry::builtin(), &settings()).is_err());
-}
-
-/// Rows of a log, the segments that they touch.
-fn part(log: &DriveLog, from: usize, to: usize) -> DriveLog {
-    let one = |s: &Series| -> Series { s.iter().skip(from).take(to - from).collect() };
-    let some = |s: &Option<Series>| s.as_ref().map(one);
-    let four = |s: &[Series; 4]| s.each_ref().map(one);
-    DriveLog {
-        time: log.time[from..to].to_vec(),
-        segments: log
-            .segments
-            .iter()
-            .filter(|s| s.rows.start < to && s.rows.end > from)
-            .map(|s| Segment {
-                name: s.name.clone(),
-                rows: s.rows.start.max(from) - from..s.rows.end.min(to) - from,
-            })
-            .collect(),
-        wheel_speed: four(&log.wheel_speed),
-        wheel_torque: log.wheel_torque.as_ref().map(four),
-        ground_speed: some(&log.ground_speed),
-        yaw_rate: some(&log.yaw_rate),
-        accel_x: some(&log.accel_x),
-        pitch: some(&log.pitch),
-        payload: some(&log.payload),
-        pass: some(&log.pass),
-        ..DriveLog::default()
-    }
 }

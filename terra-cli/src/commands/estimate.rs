@@ -11,7 +11,7 @@ use crate::args::ReportArgs;
 use crate::commands::estimate_view;
 use crate::error::CliError;
 use crate::input::{LogFile, rover};
-use crate::output;
+use crate::output::{self, csv_number, csv_text};
 use crate::progress::Spinner;
 use crate::report;
 use crate::robot::forces;
@@ -94,7 +94,7 @@ pub(crate) fn csv(log: &DriveLog, steps: &[Step]) -> Result<String, CliError> {
             .iter()
             .find(|s| s.rows.contains(&row))
             .map_or("", |s| s.name.as_str());
-        let _ = write!(out, "{},{}", log.time[row], quoted(segment));
+        let _ = write!(out, "{},{}", log.time[row], csv_text(segment));
         // Rows the filter could not run over stay in place, empty and flagged.
         let Some(step) = steps.next_if(|s| s.row == row) else {
             out.push_str(",not_observable");
@@ -102,12 +102,12 @@ pub(crate) fn csv(log: &DriveLog, steps: &[Step]) -> Result<String, CliError> {
             out.push('\n');
             continue;
         };
-        let _ = write!(out, ",{},{},{}", step.flag, number(step.nis), step.dof);
+        let _ = write!(out, ",{},{},{}", step.flag, csv_number(step.nis), step.dof);
         let belief = &step.belief;
         let state = |k: usize| (belief.mean[k], belief.covariance[(k, k)].sqrt());
         for k in [V, R] {
             let (value, sd) = state(k);
-            let _ = write!(out, ",{},{}", number(value), number(sd));
+            let _ = write!(out, ",{},{}", csv_number(value), csv_number(sd));
         }
         for w in wheel_estimates(belief, &step.vehicle)? {
             let slip = w.slip.map_or((f64::NAN, f64::NAN), |s| (s.value, s.sd));
@@ -117,32 +117,15 @@ pub(crate) fn csv(log: &DriveLog, steps: &[Step]) -> Result<String, CliError> {
                 slip,
                 (w.normal_load.value, w.normal_load.sd),
             ] {
-                let _ = write!(out, ",{},{}", number(value), number(sd));
+                let _ = write!(out, ",{},{}", csv_number(value), csv_number(sd));
             }
-            let _ = write!(out, ",{}", number(w.drawbar_share.unwrap_or(f64::NAN)));
+            let _ = write!(out, ",{}", csv_number(w.drawbar_share.unwrap_or(f64::NAN)));
         }
         for k in F {
             let (value, sd) = state(k);
-            let _ = write!(out, ",{},{}", number(value), number(sd));
+            let _ = write!(out, ",{},{}", csv_number(value), csv_number(sd));
         }
         out.push('\n');
     }
     Ok(out)
-}
-
-/// A number, or an empty cell for one that does not exist.
-fn number(x: f64) -> String {
-    if x.is_finite() {
-        x.to_string()
-    } else {
-        String::new()
-    }
-}
-
-fn quoted(text: &str) -> String {
-    if text.contains([',', '"', '\n', '\r']) {
-        format!("\"{}\"", text.replace('"', "\"\""))
-    } else {
-        text.to_owned()
-    }
 }

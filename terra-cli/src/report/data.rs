@@ -1,5 +1,7 @@
 //! What a figure shows, as numbers: the same ones are drawn, read out and written as CSV.
 
+use crate::output::{csv_number, csv_text};
+
 use super::paint::Paint;
 use super::scale::Axis;
 
@@ -106,11 +108,11 @@ pub(super) fn csv(x: &Axis, y: &Axis, series: &[Series]) -> String {
             .flat_map(|s| s.data.iter().filter(|d| d.is_finite()).map(move |d| (s, d)))
     };
     let all: [(String, Cell); 5] = [
-        ("label".to_owned(), |d| quoted(&d.label)),
-        (x.column(), |d| cell(d.x)),
-        (x.sd_column(), |d| cell(d.x_sd)),
-        (y.column(), |d| cell(d.y)),
-        (y.sd_column(), |d| cell(d.y_sd)),
+        ("label".to_owned(), |d| csv_text(&d.label)),
+        (x.column(), |d| csv_number(d.x)),
+        (x.sd_column(), |d| csv_number(d.x_sd)),
+        (y.column(), |d| csv_number(d.y)),
+        (y.sd_column(), |d| csv_number(d.y_sd)),
     ];
     let columns: Vec<_> = all
         .iter()
@@ -123,7 +125,7 @@ pub(super) fn csv(x: &Axis, y: &Axis, series: &[Series]) -> String {
     }
     out.push('\n');
     for (s, d) in rows() {
-        out.push_str(&quoted(&s.name));
+        out.push_str(&csv_text(&s.name));
         for (_, cell) in &columns {
             out.push(',');
             out.push_str(&cell(d));
@@ -131,22 +133,6 @@ pub(super) fn csv(x: &Axis, y: &Axis, series: &[Series]) -> String {
         out.push('\n');
     }
     out
-}
-
-fn cell(v: f64) -> String {
-    if v.is_finite() {
-        v.to_string()
-    } else {
-        String::new()
-    }
-}
-
-fn quoted(text: &str) -> String {
-    if text.contains([',', '"', '\n', '\r']) {
-        format!("\"{}\"", text.replace('"', "\"\""))
-    } else {
-        text.to_owned()
-    }
 }
 
 #[cfg(test)]

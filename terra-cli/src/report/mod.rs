@@ -26,8 +26,6 @@ mod wheel;
 mod words;
 
 #[cfg(test)]
-mod browser;
-#[cfg(test)]
 mod tests;
 
 pub use bevameter::{BevameterView, bevameter_section};

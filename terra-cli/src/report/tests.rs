@@ -1,5 +1,7 @@
 //! The report as a whole: a diagnosis of a small synthetic rig log, an identification, the rules every page keeps.
 
+mod browser;
+
 use std::collections::BTreeMap;
 
 use terra_data::{

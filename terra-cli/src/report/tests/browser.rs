@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use super::tests::{every_section, page};
+use super::{every_section, page};
 
 const LIMIT: Duration = Duration::from_secs(120);
 
