@@ -5,6 +5,7 @@
 mod closed_forms;
 mod conservation;
 mod cost;
+mod drive_signatures;
 mod effects;
 mod manoeuvres;
 mod motors;

@@ -203,6 +203,11 @@ const TABLE: &[Row] = &[
 /// Pull, torque and sinkage as the rig logs them, without noise.
 fn logged(row: &Row, effect: bool) -> [f64; 3] {
     let (name, e, soil, slip, load, pass, _) = *row;
+    let effect = effect.then(|| EffectSetting::new(name, e));
+    wheel(soil, slip, load, pass, effect)
+}
+
+fn wheel(soil: &str, slip: f64, load: f64, pass: u32, effect: Option<EffectSetting>) -> [f64; 3] {
     let trial = Trial {
         slip: vec![slip],
         normal_load: vec![load],
@@ -218,9 +223,7 @@ fn logged(row: &Row, effect: bool) -> [f64; 3] {
         noise_scale: 0.0,
         ..paper::torque_ramp(soil, 3).unwrap()
     };
-    if effect {
-        scenario.effects = vec![EffectSetting::new(name, e)];
-    }
+    scenario.effects = effect.into_iter().collect();
     let log = simulate_rig(&scenario, &rig(), &registry()).unwrap().log;
     let row = &log.rows[0];
     [row.drawbar_pull, row.torque, row.sinkage].map(|m| m.unwrap().value)
@@ -248,5 +251,32 @@ fn pull_torque_and_sinkage_move_as_the_table_says() {
                 row.0, row.2, row.3, row.4, channels[k]
             );
         }
+    }
+}
+
+/// "Torque down" in a rut is said of a wheel that carries no more than itself: at one slip the firmer soil may take more
+/// of it, but less slip and less torque already give no pull.
+#[test]
+fn a_wheel_without_pull_needs_less_torque_in_a_rut() {
+    for soil in ["dry_sand", "upland_sandy_loam", "lean_clay_22"] {
+        let self_propelled = |effect: bool| {
+            let at = |slip: f64| {
+                let effect = effect.then(|| EffectSetting::new("multipass", 0.8));
+                wheel(soil, slip, LIGHT, 2, effect)
+            };
+            let (mut low, mut high) = (0.001, 0.3);
+            assert!(at(low)[0] < 0.0 && at(high)[0] > 0.0, "{soil}");
+            for _ in 0..40 {
+                let middle = 0.5 * (low + high);
+                *(if at(middle)[0] < 0.0 {
+                    &mut low
+                } else {
+                    &mut high
+                }) = middle;
+            }
+            at(low)[1]
+        };
+        let (fresh, rut) = (self_propelled(false), self_propelled(true));
+        assert!(rut < 0.95 * fresh, "{soil}: {fresh} {rut}");
     }
 }
