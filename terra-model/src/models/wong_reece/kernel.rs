@@ -308,6 +308,23 @@ impl<'w, P: Root, const ORDER: usize> Integrator<'w, P, ORDER> {
         }
     }
 
+    /// To a part in a hundred: each branch in one piece wherever the shear stress is not too steep for that.
+    #[inline]
+    pub(super) fn roughly_at(&self, entry: P) -> Sums<P::Nodes> {
+        if !self.stress.braking {
+            return self.at(entry);
+        }
+        let g = &self.wheel.ground;
+        let slope = g.slip.abs() + (P::one() - g.slip) * entry * entry * 0.5;
+        let steepness = slope * entry * self.wheel.shear_radius / g.shear_modulus;
+        let steep = P::from(ORDER as f64).any_lt(steepness);
+        if steep || self.wheel.layer.is_some() {
+            self.cut_at(entry)
+        } else {
+            self.whole_at(entry)
+        }
+    }
+
     /// Each branch in one piece, and no layer.
     #[inline]
     pub(super) fn whole_at(&self, entry: P) -> Sums<P::Nodes> {
