@@ -7,6 +7,8 @@ use crate::real::{Real, Root};
 pub(crate) const MIN_ENTRY_ANGLE: f64 = 1e-9;
 /// Largest: the wheel is buried to its axle \[rad\].
 pub(crate) const MAX_ENTRY_ANGLE: f64 = std::f64::consts::FRAC_PI_2;
+/// Up to here the load of a driven wheel with linear stresses rises: beyond, the closed form may carry less as it sinks \[rad\].
+pub(crate) const LINEAR_RISES_TO: f64 = 1.2;
 const MAX_STEPS: usize = 200;
 /// Newton's steps alone may creep inside the bracket where a braked wheel's load has a bend; after this many, every other
 /// step halves it, which bounds the count.
@@ -15,18 +17,17 @@ const PATIENCE: usize = 12;
 /// remaining error, so this is below rounding in the end.
 const TOLERANCE: f64 = 1e-8;
 
-/// Solves `supported_load(θ1) = load` up to one last Newton step: ln θ1 returned is the last one that was evaluated,
-/// so that a caller can keep what it found there, and the step that is left is below 1e-8.
+/// Solves `supported_load(θ1) = load` up to one last Newton step, which is below 1e-8.
 ///
 /// The load is nearly a power of the entry angle, so Newton's method runs on ln W(ln θ1), inside a bracket with
 /// bisection where the step leaves it or the load is not positive (braking on snow). `supported_load` gets the angle
 /// with derivative one in its logarithm.
 ///
-/// For non-negative slip the load rises with the angle, so 90° carries most and the root is the only one. The load of a
-/// braked wheel may fall again, where the shear stress pulls it in by more than the soil gains below it: an angle of
-/// balance may vanish in a fold as slip or load change, and another lie far below it. The root is the one that a wheel
-/// reaches as it sinks from the surface; where the soil gives way beneath it first there is none, so that forces have no
-/// jump from one angle of balance to the other. What carries less than a hundredth of the most is passed over.
+/// Where the load rises with the angle, 90° carries most and the root is the only one. The load of a braked wheel may fall
+/// again, where the shear stress pulls it in by more than the soil gains below it: an angle of balance may vanish in a fold
+/// as slip or load change, and another lie far below it. The root is the one that a wheel reaches as it sinks from the
+/// surface; where the soil gives way beneath it first there is none, so that forces have no jump from one angle of balance to
+/// the other. What carries less than a hundredth of the most is passed over.
 ///
 /// # Errors
 /// [`ModelError::NoEquilibrium`] when the soil carries the load at no angle up to 90°, or gives way before;
@@ -36,19 +37,22 @@ pub(crate) fn entry_angle<P: Root>(
     load: P,
     guess: P,
     slip: P,
+    rises_to: P,
     supported_load: impl Fn(P::Tangent) -> P::Tangent,
-) -> Result<P, ModelError> {
+) -> Result<Found<P>, ModelError> {
     let search = Search {
         load,
         slip,
+        rises_to,
         tolerance: TOLERANCE,
         feasible: false,
     };
-    search.root(guess.ln(), |angle| {
+    let carried = |angle: P| {
         // One in the logarithm is the angle itself.
         let seeded = P::Tangent::from_primal(angle) * (P::zero().seed() + 1.0);
         P::parts(supported_load(seeded))
-    })
+    };
+    search.root(guess.ln(), carried, carried)
 }
 
 /// θ1 in any scalar: [`entry_angle`] in the primal, from a guess, and its derivatives by one implicit step.
@@ -61,27 +65,58 @@ pub(crate) fn balanced<T: Real>(
     load: T,
     guess: T::Primal,
     slip: T::Primal,
+    rises_to: T::Primal,
     tangent: impl Fn(<T::Primal as Root>::Tangent) -> <T::Primal as Root>::Tangent,
     load_at: impl Fn(T) -> T,
 ) -> Result<T, ModelError> {
-    let root = entry_angle(load.primal(), guess, slip, &tangent)?.exp();
+    let found = entry_angle(load.primal(), guess, slip, rises_to, &tangent)?;
+    let root = found.ln_angle.exp();
     let (_, slope) = T::Primal::parts(tangent(root.seed()));
     let root = T::from_primal(root);
     Ok(root - (load_at(root) - load) / T::from_primal(slope))
+}
+
+/// The angle up to which the load of a wheel is known to rise with its sinkage: `driven` for a driven one, none for a
+/// braked one.
+pub(crate) fn rises_to<P: Root>(slip: P, driven: f64) -> P {
+    slip.select_lt(P::zero(), P::zero(), P::from(driven))
 }
 
 /// What [`entry_angle`] does, for a load given with its slope in ln θ1.
 pub(crate) struct Search<P> {
     pub(crate) load: P,
     pub(crate) slip: P,
+    /// Up to here the load is known to rise with the angle: a root below is the only one.
+    pub(crate) rises_to: P,
     /// Relative change of the entry angle at which the iteration stops.
     pub(crate) tolerance: f64,
-    /// The start is known to lie near a root, so that a braked wheel is not tried at 90° first.
+    /// The start is known to lie near the root, so that no fold is looked for.
     pub(crate) feasible: bool,
+}
+
+/// A root up to the Newton step that is left.
+#[derive(Clone, Copy)]
+pub(crate) struct Found<P> {
+    pub(crate) ln_angle: P,
+    /// What is carried there, and its slope in ln θ1.
+    pub(crate) load: P,
+    pub(crate) slope: P,
+    /// The load was asked for there last, so that a caller can keep what it found on the way.
+    pub(crate) last: bool,
+}
+
+impl<P: Root> Found<P> {
+    /// True where the load grows as that of a wheel far from any fold does.
+    pub(crate) fn grows(&self) -> bool {
+        grows((self.load, self.slope))
+    }
 }
 
 impl<P: Root> Search<P> {
     /// ln θ1 from its guess.
+    ///
+    /// `quick` gives the load as `supported_load` does, but need not be exact: to a part in a hundred the root is as near, and
+    /// a fold as plain to see.
     ///
     /// # Errors
     /// As [`entry_angle`].
@@ -90,42 +125,62 @@ impl<P: Root> Search<P> {
         &self,
         guess: P,
         supported_load: impl Fn(P) -> (P, P),
-    ) -> Result<P, ModelError> {
-        let (load, slip, feasible) = (self.load, self.slip, self.feasible);
-        let at = |ln_angle: P| supported_load(ln_angle.exp());
-        let low = P::from(MIN_ENTRY_ANGLE.ln());
-        let mut high = P::from(MAX_ENTRY_ANGLE.ln());
-        let braked = slip.any_lt(P::zero());
-        if !feasible && braked {
-            let (most, _) = at(high);
-            if !most.is_finite() {
-                return Err(self.not_converged(0));
-            }
-            if most.any_lt(load) {
-                // A nearly locked wheel can be carried best before it is buried: the shear stress lifts it less and less.
-                high = self.reachable(deepest(&supported_load), &supported_load)?;
-            }
+        quick: impl Fn(P) -> (P, P),
+    ) -> Result<Found<P>, ModelError> {
+        let top = P::from(MAX_ENTRY_ANGLE.ln());
+        let found = self.between(guess, top, &quick);
+        if self.feasible {
+            return found;
         }
-        let root = self.between(guess, low, high, &at)?;
-        if feasible || !braked {
-            return Ok(root);
+        match found {
+            Ok(found) if !self.rises_to.any_lt(found.ln_angle.exp()) => Ok(found),
+            Err(e) if !self.rises_to.any_lt(P::from(MAX_ENTRY_ANGLE)) => Err(e),
+            Ok(found) if self.is_sound(&found, quick) => Ok(Found {
+                last: false,
+                ..found
+            }),
+            _ => self.first_root(guess, &supported_load),
         }
-        let angle = root.exp();
-        // The last of them is the root: callers keep what they found there.
-        if grows_soundly(angle, &supported_load) {
-            return Ok(root);
+    }
+
+    /// True where the load grows well at a root and wherever it is glanced at below.
+    fn is_sound(&self, root: &Found<P>, load_at: impl Fn(P) -> (P, P)) -> bool {
+        let angle = root.ln_angle.exp();
+        // The iteration may end on its bracket instead, where no angle carries the load.
+        let left = (root.load - self.load).abs();
+        let balances = !(root.slope * (2.0 * self.tolerance)).any_lt(left);
+        balances && root.grows() && GLANCES.iter().all(|share| grows(load_at(angle * *share)))
+    }
+
+    /// The root that a sinking wheel reaches first, where the load may fall again as it sinks.
+    fn first_root(
+        &self,
+        guess: P,
+        supported_load: &impl Fn(P) -> (P, P),
+    ) -> Result<Found<P>, ModelError> {
+        let (load, mut high) = (self.load, P::from(MAX_ENTRY_ANGLE.ln()));
+        let (most, _) = supported_load(high.exp());
+        if !most.is_finite() {
+            return Err(self.not_converged(0));
         }
-        let suspect = fold_below(angle, angle * FIRST_LOOK, load * FOOTHOLD, &supported_load);
+        if most.any_lt(load) {
+            // A nearly locked wheel can be carried best before it is buried: the shear stress lifts it less and less.
+            high = self.reachable(deepest(supported_load), supported_load)?;
+        }
+        let root = self.between(guess, high, supported_load)?;
+        let angle = root.ln_angle.exp();
+        let suspect = fold_below(angle, angle * FIRST_LOOK, load * FOOTHOLD, supported_load);
         if suspect.any_lt(angle) {
-            let limit = deepest(&supported_load);
+            let limit = deepest(supported_load);
             if limit.any_lt(angle) {
-                high = self.reachable(limit, &supported_load)?;
-                return self.between(guess, low, high, &at);
+                high = self.reachable(limit, supported_load)?;
+                return self.between(guess, high, supported_load);
             }
         }
-        // Callers keep what they found at the last angle.
-        at(root);
-        Ok(root)
+        Ok(Found {
+            last: false,
+            ..root
+        })
     }
 
     /// ln of an angle that carries the load.
@@ -144,24 +199,24 @@ impl<P: Root> Search<P> {
         Ok(limit.ln())
     }
 
-    /// The root between two ln θ1: Newton's steps inside the bracket.
+    /// The root below a ln θ1: Newton's steps inside the bracket.
     #[inline]
     fn between(
         &self,
         guess: P,
-        mut low: P,
         mut high: P,
-        at: &impl Fn(P) -> (P, P),
-    ) -> Result<P, ModelError> {
+        supported_load: &impl Fn(P) -> (P, P),
+    ) -> Result<Found<P>, ModelError> {
         let (load, tolerance) = (self.load, self.tolerance);
         let (zero, one) = (P::zero(), P::one());
         let bottom = P::from(MIN_ENTRY_ANGLE.ln());
+        let mut low = bottom;
         let top = P::from(MAX_ENTRY_ANGLE.ln());
         let mut x = guess;
         x = x.select_lt(low, low, x);
         x = high.select_lt(x, high, x);
         for step in 0..MAX_STEPS {
-            let (w, slope) = at(x);
+            let (w, slope) = supported_load(x.exp());
             if !w.is_finite() {
                 return Err(self.not_converged(step));
             }
@@ -200,7 +255,12 @@ impl<P: Root> Search<P> {
                         expected,
                     });
                 }
-                return Ok(x);
+                return Ok(Found {
+                    ln_angle: x,
+                    load: w,
+                    slope,
+                    last: true,
+                });
             }
             x = next;
         }
@@ -229,17 +289,14 @@ const FOOTHOLD: f64 = 0.01;
 /// d ln W / d ln θ1 below which a fold may hide between two of those: sound loads grow by a power above a half.
 const FLAT: f64 = 0.25;
 
-/// Shares of the root at which a wheel that is far from any fold shows it.
-const GLANCES: [f64; 4] = [0.2, 0.5, 0.8, 1.0];
+/// Shares of the root at which a wheel that is far from any fold shows it, beside the root itself.
+const GLANCES: [f64; 3] = [0.2, 0.5, 0.8];
 /// d ln W / d ln θ1 from which it is: on its way to a fold the load grows more and more slowly over tens of degrees.
 const SOUND: f64 = 0.8;
 
-/// True where the load grows well at every glance below a root.
-fn grows_soundly<P: Root>(root: P, supported_load: &impl Fn(P) -> (P, P)) -> bool {
-    GLANCES.iter().all(|share| {
-        let (w, slope) = supported_load(root * *share);
-        !slope.any_lt(w * SOUND) && !w.any_lt(P::zero())
-    })
+/// True where a load, given with its slope in ln θ1, is above zero and grows well.
+fn grows<P: Root>((w, slope): (P, P)) -> bool {
+    !slope.any_lt(w * SOUND) && !w.any_lt(P::zero())
 }
 
 /// The largest angle that a sinking wheel reaches at rest: where the soil gives way, or 90°.

@@ -25,7 +25,7 @@ use crate::models::bekker::{self, Ground};
 use crate::param::Param;
 use crate::quadrature::{rule, t_minus_sin};
 use crate::real::{Real, Root};
-use crate::root::balanced;
+use crate::root::{MAX_ENTRY_ANGLE, balanced, rises_to};
 
 /// A wheel with two shear zones when it is braked.
 #[derive(Clone, Copy, Debug, Default)]
@@ -197,6 +197,7 @@ impl<T: Real> Wheel<T> {
             at.normal_load,
             guess,
             at.slip.primal(),
+            rises_to(at.slip.primal(), MAX_ENTRY_ANGLE),
             |angle| tangent.load(angle),
             |angle| self.load(angle),
         )

@@ -25,7 +25,7 @@ use crate::models::slots::checks::{self, Must, Values, kinematic, quantity};
 use crate::param::{Param, Scale};
 use crate::quadrature::{rule, t_minus_sin};
 use crate::real::{Real, Root};
-use crate::root::balanced;
+use crate::root::{MAX_ENTRY_ANGLE, balanced, rises_to};
 
 /// A tyre that flattens on firm ground.
 #[derive(Clone, Copy, Debug, Default)]
@@ -204,6 +204,7 @@ impl<T: Real> Wheel<T> {
             at.normal_load,
             guess,
             at.slip.primal(),
+            rises_to(at.slip.primal(), MAX_ENTRY_ANGLE),
             |angle| tangent.sums(angle).load,
             |angle| self.sums(angle).load,
         )

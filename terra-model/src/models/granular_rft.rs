@@ -167,12 +167,13 @@ impl<T: Real> Wheel<T> {
         let area = primal.width * primal.radius.squared() * primal.stiffness * 0.2;
         let guess = ((load / area).ln() * (1.0 / 3.0)).exp();
         let tangent: Wheel<Tangent<T>> = primal.map(Tangent::<T>::from_primal);
-        // Sand that a slipping rim throws back may carry less at a larger angle: searched as for a braked wheel.
-        let slip = at.slip.primal().min_of(T::Primal::from(-1.0));
+        // Sand that a slipping rim throws back may carry less at a larger angle, driven or braked.
+        let rises_to = T::Primal::zero();
         balanced(
             at.normal_load,
             guess,
-            slip,
+            at.slip.primal(),
+            rises_to,
             |angle| tangent.sums(angle).load,
             |angle| self.sums(angle).load,
         )

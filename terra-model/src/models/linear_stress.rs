@@ -20,7 +20,7 @@ use crate::models::bekker::{self, Ground};
 use crate::param::Param;
 use crate::quadrature::{sinc, t_minus_sin};
 use crate::real::{Real, Root};
-use crate::root::balanced;
+use crate::root::{LINEAR_RISES_TO, balanced, rises_to};
 
 /// The linearised-stress wheel.
 #[derive(Clone, Copy, Debug, Default)]
@@ -114,6 +114,7 @@ impl LinearStress {
             at.normal_load,
             guess,
             at.slip.primal(),
+            rises_to(at.slip.primal(), LINEAR_RISES_TO),
             |angle| tangent.load(angle),
             |angle| wheel.load(angle),
         )

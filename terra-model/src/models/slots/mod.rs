@@ -33,7 +33,7 @@ use crate::model::{AnyModel, ModelAt, Soil};
 use crate::names::nearest;
 use crate::param::Param;
 use crate::real::{Real, Root, is_plain};
-use crate::root::entry_angle;
+use crate::root::{entry_angle, rises_to};
 use checks::Values;
 use contact_state::Sums;
 pub use fillings::{Filling, Slots};
@@ -288,25 +288,11 @@ impl Composed {
             .entry_guess(load, primal.radius(), at.width.primal());
         let tangent: Wheel<Tangent<T>> = primal.map(Tangent::<T>::from_primal);
         let slip = at.slip.primal();
-        // The search takes the load of a driven wheel to rise with its sinkage; where it need not, it searches as for a
-        // braked one.
-        let search = if wheel.load_may_fall() {
-            slip.min_of(T::Primal::from(-1.0))
-        } else {
-            slip
-        };
-        let ln_root = entry_angle(load, guess, search, |angle| tangent.sums(angle).load);
-        let ln_root = ln_root.map_err(|e| match e {
-            ModelError::NotConverged {
-                iterations, load, ..
-            } => ModelError::NotConverged {
-                iterations,
-                load,
-                slip: slip.max_lane(),
-            },
-            e => e,
+        let rises_to = rises_to(slip, wheel.rises_to());
+        let found = entry_angle(load, guess, slip, rises_to, |angle| {
+            tangent.sums(angle).load
         })?;
-        let root = ln_root.exp();
+        let root = found.ln_angle.exp();
         let (_, slope) = T::Primal::parts(tangent.sums(root.seed()).load);
         let root = T::from_primal(root);
         Ok(root - (wheel.sums(root).load - at.normal_load) / T::from_primal(slope))

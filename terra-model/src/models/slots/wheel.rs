@@ -13,6 +13,7 @@ use crate::error::ModelError;
 use crate::forces::StressPoint;
 use crate::param::Param;
 use crate::real::{Real, Root, is_plain};
+use crate::root::{LINEAR_RISES_TO, MAX_ENTRY_ANGLE};
 
 /// The wheels by name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -342,11 +343,13 @@ impl<T: Real> Wheel<T> {
         }
     }
 
-    /// True where the load may fall as the wheel sinks even when it drives.
-    pub(super) fn load_may_fall(&self) -> bool {
+    /// The angle up to which the load of a driven wheel rises with its sinkage.
+    pub(super) fn rises_to(&self) -> f64 {
         match &self.shape {
-            Shape::Column(_) => false,
-            Shape::Rim(_) | Shape::Linear(_) => self.soil().strength.falls(),
+            Shape::Column(_) => MAX_ENTRY_ANGLE,
+            Shape::Rim(_) | Shape::Linear(_) if self.soil().strength.falls() => 0.0,
+            Shape::Rim(_) => MAX_ENTRY_ANGLE,
+            Shape::Linear(_) => LINEAR_RISES_TO,
         }
     }
 }

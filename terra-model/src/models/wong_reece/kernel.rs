@@ -308,6 +308,23 @@ impl<'w, P: Root, const ORDER: usize> Integrator<'w, P, ORDER> {
         }
     }
 
+    /// To a part in a hundred: each branch in one piece wherever the shear stress is not too steep for that.
+    #[inline]
+    pub(super) fn roughly_at(&self, entry: P) -> Sums<P::Nodes> {
+        if !self.stress.braking {
+            return self.at(entry);
+        }
+        let g = &self.wheel.ground;
+        let slope = g.slip.abs() + (P::one() - g.slip) * entry * entry * 0.5;
+        let steepness = slope * entry * self.wheel.shear_radius / g.shear_modulus;
+        if P::from(ORDER as f64).any_lt(steepness) {
+            return self.cut_at(entry);
+        }
+        let mut sums = self.whole_at(entry);
+        self.add_layer(entry, &mut sums);
+        sums
+    }
+
     /// Each branch in one piece, and no layer.
     #[inline]
     pub(super) fn whole_at(&self, entry: P) -> Sums<P::Nodes> {
@@ -331,17 +348,27 @@ impl<'w, P: Root, const ORDER: usize> Integrator<'w, P, ORDER> {
     }
 
     fn cut_at(&self, entry: P) -> Sums<P::Nodes> {
-        let at = self.stress.at(entry.spread());
         let mut sums = Sums::new();
         if self.whole(entry) {
             sums = self.whole_at(entry);
         } else {
+            let at = self.stress.at(entry.spread());
             self.each_node(entry, |node, _| sums.add(&self.stress, &at, &node));
         }
+        self.add_layer(entry, &mut sums);
+        sums
+    }
+
+    /// Adds the layer below the surface, if there is one.
+    #[inline]
+    fn add_layer(&self, entry: P, sums: &mut Sums<P::Nodes>) {
+        if self.wheel.layer.is_none() {
+            return;
+        }
+        let at = self.stress.at(entry.spread());
         self.each_layer_node(entry, |layer, u, plain| {
             sums.add_layer(&self.stress, &at, layer, u, plain);
         });
-        sums
     }
 
     /// Nodes and weights of a layer below the surface, where the contact reaches it.

@@ -23,6 +23,9 @@ pub(super) struct Pieces<P> {
 const STEEP: f64 = 6.0;
 /// j/K at the end of the first of those pieces.
 const FIRST_PIECE: f64 = 4.0;
+/// How exactly the end of a piece is placed, as a share of θ1: E's second derivative jumps there, which leaves the cube of
+/// that, and the step that ends the search is squared once more.
+const PLACED: f64 = 1e-4;
 /// A piece shorter than this share of a branch holds less than rounding.
 const NEGLIGIBLE: f64 = 1e-9;
 
@@ -98,7 +101,12 @@ impl<P: Root> Wheel<P> {
                 let (low, high) = (negative.min_of(positive), negative.max_of(positive));
                 // At the root itself the step ends on the bracket.
                 let above = newton.select_lt(low, middle, newton);
-                angle = high.select_lt(newton, middle, above);
+                let next = high.select_lt(newton, middle, above);
+                let step = (next - angle).abs();
+                angle = next;
+                if !(entry * PLACED).any_lt(step) {
+                    break;
+                }
             }
             angle
         };

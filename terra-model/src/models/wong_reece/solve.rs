@@ -11,7 +11,7 @@ use super::wheel::{Integrals, Wheel};
 use crate::contact::Contact;
 use crate::error::ModelError;
 use crate::real::{Real, Root, is_plain};
-use crate::root::{Search, entry_angle};
+use crate::root::{MAX_ENTRY_ANGLE, Search, entry_angle, rises_to};
 
 /// Relative step of the entry angle at which the short rule has done its part: the next one is of the size of its error.
 const HANDOVER: f64 = 1e-3;
@@ -52,6 +52,7 @@ fn iterate<P: Root, const COARSE: usize, const FINE: usize>(
     let mut search = Search {
         load,
         slip,
+        rises_to: rises_to(slip, MAX_ENTRY_ANGLE),
         tolerance: HANDOVER,
         feasible: false,
     };
@@ -63,43 +64,44 @@ fn iterate<P: Root, const COARSE: usize, const FINE: usize>(
             .ln(),
     };
     let coarse = Integrator::<P, COARSE>::new(primal, stress);
-    let newton = Cell::new(None);
-    let root = search.root(start, |entry| {
-        let (w, slope) = coarse.at(entry).load(entry);
-        newton.set(Some((w, slope)));
-        (w * area, slope * area)
-    });
-    // Whether there is an equilibrium is the longer rule's to say.
-    let mut near = None;
-    if let (Ok(root), Some((w, slope))) = (root, newton.take()) {
-        start = root + (load / area - w) / slope;
-        search.feasible = true;
-        near = Some(root);
-    }
+    let times_area = |(w, slope): (P, P)| (w * area, slope * area);
+    let near = search.root(
+        start,
+        |entry| times_area(coarse.at(entry).load(entry)),
+        |entry| times_area(coarse.roughly_at(entry).load(entry)),
+    );
     search.tolerance = if primal.braking { BRAKING } else { DRIVING };
+    // Whether there is an equilibrium is the longer rule's to say.
+    if let Ok(near) = near {
+        start = near.ln_angle + (load - near.load) / near.slope;
+        search.feasible = true;
+        if near.grows() {
+            search.tolerance = DRIVING;
+        }
+    }
     let fine = Integrator::<P, FINE>::new(primal, stress);
     let last: Cell<Option<Evaluated<P>>> = Cell::new(None);
     let carried = |entry| {
         let sums = fine.at(entry);
-        let (w, slope) = sums.load(entry);
+        let found = times_area(sums.load(entry));
         last.set(Some((entry, sums)));
-        (w * area, slope * area)
+        found
     };
-    let mut ln_root = search.root(start, carried);
+    let mut found = search.root(start, carried, carried);
     // Where the soil is about to give way under a braked wheel, the rules may differ about whether it does.
-    let far = |found: P, near: P| P::from(SAME_ROOT).any_lt((found - near).abs());
-    if let (true, Some(near)) = (primal.braking, near)
-        && ln_root.as_ref().map_or(true, |&found| far(found, near))
-    {
-        search.feasible = false;
-        ln_root = search.root(start, carried);
+    if let (true, Ok(near)) = (primal.braking, near) {
+        let far = |found: P| P::from(SAME_ROOT).any_lt((found - near.ln_angle).abs());
+        if found.as_ref().map_or(true, |found| far(found.ln_angle)) {
+            search.feasible = false;
+            search.tolerance = BRAKING;
+            found = search.root(start, carried, carried);
+        }
     }
-    let ln_root = ln_root?;
-    // The iteration ends with an evaluation at its root.
+    let found = found?;
     let (root, sums) = match last.take() {
-        Some(last) => last,
-        None => {
-            let root = ln_root.exp();
+        Some(last) if found.last => last,
+        _ => {
+            let root = found.ln_angle.exp();
             (root, fine.at(root))
         }
     };
@@ -149,16 +151,18 @@ pub(super) fn rare<T: Real>(
     type Tangent<T> = <<T as Real>::Primal as Root>::Tangent;
     let tangent: Wheel<Tangent<T>> = primal.map(Tangent::<T>::from_primal);
     let last = Cell::new(None);
-    let ln_root = entry_angle(load, guess, at.slip.primal(), |angle| {
+    let slip = at.slip.primal();
+    let rises_to = rises_to(slip, MAX_ENTRY_ANGLE);
+    let found = entry_angle(load, guess, slip, rises_to, |angle| {
         let integrals = tangent.integrals(angle);
         last.set(Some(integrals));
         integrals.load * tangent.radius * tangent.width
     })?;
-    let root = T::from_primal(ln_root.exp());
-    // The iteration ends with an evaluation at its root.
-    let last = last
-        .take()
-        .unwrap_or_else(|| tangent.integrals(ln_root.seed().exp()));
+    let root = T::from_primal(found.ln_angle.exp());
+    let last = match last.take() {
+        Some(last) if found.last => last,
+        _ => tangent.integrals(found.ln_angle.seed().exp()),
+    };
     let slopes = last.map(|x| T::from_primal(T::Primal::parts(x).1));
     let there = if is_plain::<T>() {
         last.map(|x| T::from_primal(T::Primal::parts(x).0))
