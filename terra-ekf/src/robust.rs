@@ -10,6 +10,13 @@ use crate::measurement::Innovation;
 pub(crate) struct Watch {
     /// Time of unbroken rejection \[s\]; `None` while the channel is accepted.
     rejected_for: Vec<Option<f64>>,
+    /// The same as it stood before the sample that is being taken in.
+    before: Vec<Option<f64>>,
+    /// e of the last sample, and of the one before the sample that is being taken in.
+    heard: Vec<f64>,
+    heard_before: Vec<f64>,
+    /// Time since a channel that had been rejected for long was taken again \[s\].
+    trusted_for: Vec<f64>,
     /// Time since the filter began \[s\].
     age: f64,
     pub(crate) resets: Vec<usize>,
@@ -19,6 +26,10 @@ impl Watch {
     pub(crate) fn new(channels: usize) -> Self {
         Watch {
             rejected_for: vec![None; channels],
+            before: vec![None; channels],
+            heard: vec![0.0; channels],
+            heard_before: vec![0.0; channels],
+            trusted_for: vec![f64::INFINITY; channels],
             age: 0.0,
             resets: vec![0; channels],
         }
@@ -27,6 +38,10 @@ impl Watch {
     /// Forgets the clocks, keeps the counts.
     pub(crate) fn restart(&mut self) {
         self.rejected_for.fill(None);
+        self.before.fill(None);
+        self.heard.fill(0.0);
+        self.heard_before.fill(0.0);
+        self.trusted_for.fill(f64::INFINITY);
         self.age = 0.0;
     }
 
@@ -35,6 +50,53 @@ impl Watch {
         for clock in self.rejected_for.iter_mut().flatten() {
             *clock += dt;
         }
+        for clock in &mut self.trusted_for {
+            *clock += dt;
+        }
+        self.before.copy_from_slice(&self.rejected_for);
+        self.heard_before.copy_from_slice(&self.heard);
+    }
+
+    /// True when a channel has been rejected for a few samples and another says the same, which no fault of one sensor can
+    /// bring about: then a force has changed at once, as it does where one soil ends and another begins.
+    ///
+    /// Another channel of the same states says the same when it strays for two samples as S correlates the two innovations. A
+    /// faulty reading would drag the states towards itself and the other's prediction away from its reading. A channel of
+    /// other states must have been rejected since about the same time.
+    pub(crate) fn changed(
+        &self,
+        channel: usize,
+        others: &[Other],
+        e: f64,
+        config: &FilterConfig,
+    ) -> bool {
+        let since = |c: usize| {
+            let clock = self.before.get(c).copied().flatten();
+            clock.filter(|t| *t >= CHANGED_AFTER)
+        };
+        let Some(mine) = since(channel).filter(|_| config.robust.is_some()) else {
+            return false;
+        };
+        let strays = |o: &Other| {
+            let last = self.heard_before.get(o.channel).copied().unwrap_or(0.0);
+            let twice = o.e.abs() > STRAYS && last.abs() > STRAYS && last * o.e > 0.0;
+            twice && e * o.e * o.correlation > 0.0
+        };
+        let shared = |o: &&Other| o.correlation.abs() > UNRELATED;
+        let with = |c: usize| {
+            let near = since(c).is_some_and(|t| (t - mine).abs() <= CHANGED_WITHIN);
+            c != channel && near && !others.iter().filter(shared).any(|o| o.channel == c)
+        };
+        self.age >= CHANGED_FROM
+            && e.abs() > config.gate
+            && (others.iter().filter(shared).any(strays) || (0..self.before.len()).any(with))
+    }
+
+    /// Counts a reset of a channel that has changed together with another.
+    pub(crate) fn reset(&mut self, channel: usize, e: f64) {
+        self.heard[channel] = e;
+        self.rejected_for[channel] = None;
+        self.resets[channel] += 1;
     }
 
     /// True while a channel is being rejected.
@@ -50,12 +112,14 @@ impl Watch {
     }
 
     /// A channel inside its gate.
-    pub(crate) fn accept(&mut self, channel: usize) {
+    pub(crate) fn accept(&mut self, channel: usize, e: f64) {
+        self.heard[channel] = e;
         self.rejected_for[channel] = None;
     }
 
     /// Records |e| of a channel; true when its timeout has come: the clock then starts afresh.
     pub(crate) fn timed_out(&mut self, channel: usize, e: f64, config: &FilterConfig) -> bool {
+        self.heard[channel] = e;
         let Some(robust) = config.robust else {
             return false;
         };
@@ -65,11 +129,21 @@ impl Watch {
             config.gate
         };
         if e.abs() <= gate {
+            if self.rejected_for[channel].is_some_and(|time| time >= SUSPECT_AFTER) {
+                self.trusted_for[channel] = 0.0;
+            }
             self.rejected_for[channel] = None;
             return false;
         }
+        // A reading that comes within the gate of a vague prediction may still be a faulty one, and has then led the filter
+        // astray: what is rejected soon after may be the end of the fault.
+        let timeout = if self.trusted_for[channel] < PROBATION {
+            robust.reject_timeout.min(PROBATION_TIMEOUT)
+        } else {
+            robust.reject_timeout
+        };
         match self.rejected_for[channel] {
-            Some(time) if time >= robust.reject_timeout => {
+            Some(time) if time >= timeout => {
                 self.rejected_for[channel] = None;
                 self.resets[channel] += 1;
                 true
@@ -90,6 +164,22 @@ const DISTRUST_AFTER: f64 = 0.1;
 const SETTLED: f64 = 0.5;
 /// Share of the gate inside which it gets it back.
 const TRUST_AGAIN: f64 = 0.6;
+/// Time of rejection after which a channel is taken again on probation \[s\].
+const SUSPECT_AFTER: f64 = 0.05;
+/// Time on probation, in which a new rejection lasts no longer than [`PROBATION_TIMEOUT`] \[s\].
+const PROBATION: f64 = 1.0;
+/// Timeout on probation \[s\].
+const PROBATION_TIMEOUT: f64 = 0.2;
+/// Time of rejection after which the states behind a channel may have changed \[s\]: three samples at 100 Hz.
+const CHANGED_AFTER: f64 = 0.015;
+/// Largest difference of the times at which two rejections began \[s\].
+const CHANGED_WITHIN: f64 = 0.1;
+/// Time before which a filter knows too little to say so \[s\].
+const CHANGED_FROM: f64 = 0.2;
+/// |e| of two samples in a row at which another channel is heard as a witness; by chance one pair in some 10⁵.
+const STRAYS: f64 = 3.0;
+/// Correlation of two innovations that share no states.
+const UNRELATED: f64 = 1e-6;
 /// Inflation of a channel without say.
 pub(crate) const NO_SAY: f64 = 1e9;
 
@@ -163,4 +253,23 @@ pub(crate) fn reset_group(p: &mut DMatrix<f64>, prior: &DMatrix<f64>, group: &[u
             p[(i, j)] = prior[(i, j)];
         }
     }
+}
+
+/// Another channel of an update: its e, and its correlation by S with the channel asked about.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Other {
+    channel: usize,
+    e: f64,
+    correlation: f64,
+}
+
+/// All but the k-th channel of an update.
+pub(crate) fn others(rows: &[usize], k: usize, normal: &[f64], s: &DMatrix<f64>) -> Vec<Other> {
+    let one = |(j, (&channel, &e)): (usize, (&usize, &f64))| Other {
+        channel,
+        e,
+        correlation: s[(k, j)] / (s[(k, k)] * s[(j, j)]).sqrt(),
+    };
+    let all = rows.iter().zip(normal).enumerate();
+    all.filter(|(j, _)| *j != k).map(one).collect()
 }

@@ -68,19 +68,21 @@ impl Clock {
         whitening: Option<Prewhitening>,
     ) -> Result<f64, EstimatorError> {
         match &self.last {
-            Some((group, time, map)) if *group == obs.group => {
-                let dt = obs.time - time;
-                if dt <= 0.0 {
-                    return Err(EstimatorError::TimeOrder {
-                        time: obs.time,
-                        previous: *time,
-                    });
-                }
-                let same = *map == obs.map;
-                Ok(whitening.filter(|_| same).map_or(0.0, |w| w.over(dt)))
-            }
-            _ => Ok(0.0),
+            Some((group, time, map)) => correlation((*group, *time, map), obs, whitening),
+            None => Ok(0.0),
         }
+    }
+
+    /// The same between two observations.
+    ///
+    /// # Errors
+    /// As [`correlation`](Self::correlation).
+    pub(crate) fn between(
+        before: &ForceObservation,
+        obs: &ForceObservation,
+        whitening: Option<Prewhitening>,
+    ) -> Result<f64, EstimatorError> {
+        correlation((before.group, before.time, &before.map), obs, whitening)
     }
 
     /// True when the observation continues the group of the one before.
@@ -92,8 +94,30 @@ impl Clock {
 
     /// Moves on to the next observation.
     pub(crate) fn advance(&mut self, obs: &ForceObservation) {
-        self.last = Some((obs.group, obs.time, obs.map.clone()));
+        match &mut self.last {
+            Some((group, time, map)) if *map == obs.map => (*group, *time) = (obs.group, obs.time),
+            _ => self.last = Some((obs.group, obs.time, obs.map.clone())),
+        }
     }
+}
+
+fn correlation(
+    (group, time, map): (usize, f64, &nalgebra::DMatrix<f64>),
+    obs: &ForceObservation,
+    whitening: Option<Prewhitening>,
+) -> Result<f64, EstimatorError> {
+    if group != obs.group {
+        return Ok(0.0);
+    }
+    let dt = obs.time - time;
+    if dt <= 0.0 {
+        return Err(EstimatorError::TimeOrder {
+            time: obs.time,
+            previous: time,
+        });
+    }
+    let same = *map == obs.map;
+    Ok(whitening.filter(|_| same).map_or(0.0, |w| w.over(dt)))
 }
 
 #[cfg(test)]

@@ -80,7 +80,14 @@ pub fn identify_drive_among(
     samples.missing = Tally::of(&forces.steps).iter().map(|t| t.missing).sum();
     let mut sides: [Vec<ForceObservation>; 2] = [vec![], vec![]];
     let mut joined = vec![];
+    // Errors of the filter are correlated from sample to sample until it starts anew: at a segment, and where it reset.
+    let (mut run, mut segment) = (0, None);
     for step in &forces.steps {
+        if segment.replace(step.segment) != Some(step.segment)
+            || matches!(step.flag, Flag::Reset(_))
+        {
+            run += 1;
+        }
         if step.flag == Flag::Starting {
             samples.waiting += 1;
             continue;
@@ -96,20 +103,10 @@ pub fn identify_drive_among(
         };
         samples.used += 1;
         if options.join {
-            joined.push(observation(
-                &[left, right],
-                &forces.vehicle,
-                step.time,
-                step.segment,
-            ));
+            joined.push(observation(&[left, right], &forces.vehicle, step.time, run));
         } else {
             for (k, side) in [left, right].into_iter().enumerate() {
-                sides[k].push(observation(
-                    &[side],
-                    &forces.vehicle,
-                    step.time,
-                    step.segment,
-                ));
+                sides[k].push(observation(&[side], &forces.vehicle, step.time, run));
             }
         }
     }
@@ -168,7 +165,7 @@ fn observation(
     sides: &[&SideForces],
     vehicle: &Vehicle<f64>,
     time: f64,
-    segment: usize,
+    run: usize,
 ) -> ForceObservation {
     let m = 3 * sides.len();
     let wheels = 2 * sides.len();
@@ -216,7 +213,7 @@ fn observation(
     }
     ForceObservation {
         time,
-        group: segment,
+        group: run,
         forces: values,
         map,
         contacts,

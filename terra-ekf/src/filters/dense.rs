@@ -11,7 +11,7 @@ use crate::error::FilterError;
 use crate::filter::Filter;
 use crate::gaussian::{Gaussian, symmetrise};
 use crate::measurement::{Innovation, Measurement};
-use crate::robust::{NO_SAY, Watch, describe, drop_absurd, reset_group};
+use crate::robust::{NO_SAY, Watch, describe, drop_absurd, others, reset_group};
 use crate::state_space::AnyStateSpace;
 use crate::structure::Structure;
 use crate::update::{joseph, sequential, whiten};
@@ -295,7 +295,11 @@ impl<M: Method> Filter for DenseFilter<M> {
         );
         for (k, &row) in rows.iter().enumerate() {
             innovation.whitened[row] = Some(nominal.values[k]);
-            if watch.timed_out(row, normal[k], &config) {
+            let e = normal[k];
+            if watch.changed(row, &others(&rows, k, &normal, &seen.s), e, &config) {
+                watch.reset(row, e);
+                innovation.resets.push(row);
+            } else if watch.timed_out(row, e, &config) {
                 innovation.resets.push(row);
             }
         }

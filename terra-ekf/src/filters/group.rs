@@ -7,7 +7,7 @@ use crate::discretise::Steps;
 use crate::error::FilterError;
 use crate::gaussian::{Gaussian, symmetrise};
 use crate::measurement::{Innovation, Measurement};
-use crate::robust::{NO_SAY, Watch, describe, drop_absurd};
+use crate::robust::{NO_SAY, Watch, describe, drop_absurd, others};
 use crate::update::{joseph, sequential, whiten};
 
 /// One independent group of states.
@@ -117,7 +117,11 @@ pub(super) fn update_group(
     for (k, &row) in rows.iter().enumerate() {
         innovation.whitened[row] = Some(nominal.values[k]);
         innovation.nis += nominal.values[k] * nominal.values[k];
-        if watch.timed_out(row, normal[k], config) {
+        let e = normal[k];
+        if watch.changed(row, &others(&rows, k, &normal, &s), e, config) {
+            watch.reset(row, e);
+            reset.push(row);
+        } else if watch.timed_out(row, e, config) {
             reset.push(row);
         }
     }

@@ -342,7 +342,7 @@ impl Lanes {
                 }
                 let row = self.channel[j][l];
                 let factor = config.robust.map_or(1.0, |robust| {
-                    watch.accept(row);
+                    watch.accept(row, e[j][l]);
                     robust.inflation(e[j][l])
                 });
                 used[j][l] = s[j][l] * factor;

@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic)]
 
+mod changes;
 mod common;
 mod consistency;
 mod driving;

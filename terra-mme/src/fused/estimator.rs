@@ -14,7 +14,8 @@ use terra_model::Contact;
 use wide::f32x8;
 
 use super::grid::{GridTable, LANES, OUTPUTS, Stencil};
-use super::kernel::{FORCES, ROWS, Sample, forces, quadratic};
+use super::kernel::{FORCES, ROWS, Sample, TILE, WHEELS, one, weigh_tile};
+use super::shared::{Shared, factor};
 use crate::choice::Choice;
 use crate::consistency::{AlarmRule, Consistency};
 use crate::error::EstimatorError;
@@ -23,11 +24,8 @@ use crate::force_table::TableBox;
 use crate::hypothesis::HypothesisSet;
 use crate::multiple_model::MultipleModel;
 use crate::observation::ForceObservation;
-use crate::residual::{covariance, score};
 use crate::whiten::{Clock, Prewhitening};
 
-/// Vectors of hypotheses in a tile: its forces, log-weights and residuals stay in the first cache while samples pass over it.
-const TILE: usize = 64;
 /// Log-weight above which all are shifted back.
 const HIGH: f32 = 20.0;
 /// Log-weight of the padding.
@@ -44,8 +42,9 @@ pub struct FusedModel {
     log_weights: Vec<[f32; LANES]>,
     /// Residuals of the last sample, tile by tile, in a tile row by row.
     previous: Vec<[f32; LANES]>,
-    /// Forces of one tile.
-    scratch: Vec<[f32; LANES]>,
+    /// Of the block in hand: what its hypotheses share, and q of the winner.
+    block: Vec<Sample>,
+    centres: Vec<f32>,
     /// Σ of what was taken out of every log-weight.
     base: f64,
     /// Σ w.
@@ -84,7 +83,8 @@ impl FusedModel {
             best: best.ok_or(EstimatorError::Impossible)?,
             total: table.feasible.iter().filter(|f| **f).count() as f64,
             previous: vec![[0.0; LANES]; ROWS * vectors],
-            scratch: vec![[0.0; LANES]; FORCES * vectors.min(TILE)],
+            block: Vec::new(),
+            centres: Vec::new(),
             log_weights,
             set,
             table,
@@ -138,38 +138,12 @@ impl FusedModel {
         &self,
         obs: &ForceObservation,
     ) -> Result<DMatrix<f64>, EstimatorError> {
-        let stencils = self.stencils(obs)?;
+        let s = self.shared(obs, &self.stencils(obs)?)?;
         let m = obs.forces.len();
-        let mut slopes = DMatrix::zeros(m, 2 * obs.contacts.len());
-        for (k, (at, stencil)) in obs.contacts.iter().zip(&stencils).enumerate() {
-            let (w, r) = (at.normal_load, at.radius);
-            for (output, (scale, growth)) in
-                [(w, 1.0), (r * w, r), (r, 0.0)].into_iter().enumerate()
-            {
-                let (mut value, mut slip, mut log_load) = (0.0, 0.0, 0.0);
-                for n in 0..stencil.at.len() {
-                    let place = stencil.at[n] + output * self.table.padded + self.best;
-                    let node = self.table.values.get(place).map_or(0.0, |v| f64::from(*v));
-                    value += f64::from(stencil.weight[n]) * node;
-                    slip += stencil.in_slip[n] * node;
-                    log_load += stencil.in_log_load[n] * node;
-                }
-                for row in 0..m {
-                    let a = obs.map[(row, OUTPUTS * k + output)];
-                    slopes[(row, 2 * k)] += a * scale * slip;
-                    slopes[(row, 2 * k + 1)] += a * (growth * value + scale * log_load / w);
-                }
-            }
-        }
-        Ok(covariance(obs, &slopes))
+        Ok(DMatrix::from_fn(m, m, |i, j| s[i.max(j)][i.min(j)]))
     }
 
-    fn stencils(&self, obs: &ForceObservation) -> Result<Vec<Stencil>, EstimatorError> {
-        obs.contacts.iter().map(|c| self.table.stencil(c)).collect()
-    }
-
-    /// What all hypotheses share at an observation, and the constant of its density.
-    fn sample(&self, obs: &ForceObservation, rho: f64) -> Result<(Sample, f64), EstimatorError> {
+    fn stencils(&self, obs: &ForceObservation) -> Result<[Stencil; WHEELS], EstimatorError> {
         obs.check()?;
         let (m, w) = (obs.forces.len(), obs.contacts.len());
         for (what, found, expected) in [("rows", m, ROWS), ("forces", OUTPUTS * w, FORCES)] {
@@ -181,35 +155,63 @@ impl FusedModel {
                 });
             }
         }
-        let fail = || EstimatorError::NotPositiveDefinite {
+        let mut out = [Stencil::default(); WHEELS];
+        for (stencil, contact) in out.iter_mut().zip(&obs.contacts) {
+            *stencil = self.table.stencil(contact)?;
+        }
+        Ok(out)
+    }
+
+    /// S, lower triangle.
+    fn shared(
+        &self,
+        obs: &ForceObservation,
+        stencils: &[Stencil; WHEELS],
+    ) -> Result<[[f64; ROWS]; ROWS], EstimatorError> {
+        let mut shared = Shared::new(obs);
+        for (k, (at, stencil)) in obs.contacts.iter().zip(stencils).enumerate() {
+            let (w, r) = (at.normal_load, at.radius);
+            for (output, (scale, growth)) in
+                [(w, 1.0), (r * w, r), (r, 0.0)].into_iter().enumerate()
+            {
+                let column = OUTPUTS * k + output;
+                if obs.map.column(column).iter().all(|a| *a == 0.0) {
+                    continue;
+                }
+                let place = output * self.table.padded + self.best;
+                let [value, slip, log_load] = stencil.value(&self.table.values, place);
+                let in_load = growth * value + scale * log_load / w;
+                shared.slope(k, column, scale * slip, in_load);
+            }
+        }
+        Ok(shared.covariance())
+    }
+
+    /// What all hypotheses share at an observation; returns the constant of its density.
+    fn sample(
+        &self,
+        obs: &ForceObservation,
+        rho: f64,
+        out: &mut Sample,
+    ) -> Result<f64, EstimatorError> {
+        let stencils = self.stencils(obs)?;
+        let m = obs.forces.len();
+        let s = self.shared(obs, &stencils)?;
+        let factored = factor(s, m, 1.0 - rho * rho).filter(|(_, c)| c.is_finite());
+        let (inverse, constant) = factored.ok_or_else(|| EstimatorError::NotPositiveDefinite {
             hypothesis: "all".to_owned(),
             time: obs.time,
-        };
-        let s = self.shared_covariance(obs)? * (1.0 - rho * rho);
-        // The score of no residual is the constant.
-        let constant = score(&nalgebra::DVector::zeros(m), &s).ok_or_else(fail)?;
-        let factor = s.cholesky().ok_or_else(fail)?;
-        let inverse = factor
-            .l()
-            .solve_lower_triangular(&DMatrix::identity(m, m))
-            .ok_or_else(fail)?;
-        let mut out = Sample {
-            at: [[0; 16]; FORCES],
-            weight: [[0.0; 16]; FORCES],
-            forces: 0,
-            map: [[0.0; FORCES]; ROWS],
-            observed: [0.0; ROWS],
-            rows: m,
-            whiten: [[0.0; ROWS]; ROWS],
-            rho: rho as f32,
-        };
+        })?;
+        (out.rows, out.forces, out.rho) = (m, 0, rho as f32);
         for row in 0..m {
             out.observed[row] = obs.forces[row] as f32;
             for column in 0..=row {
-                out.whiten[row][column] = inverse[(row, column)] as f32;
+                out.whiten[row][column] = inverse[row][column] as f32;
             }
         }
-        for (k, (at, stencil)) in obs.contacts.iter().zip(self.stencils(obs)?).enumerate() {
+        let wheels = obs.contacts.iter().zip(&stencils).zip(&mut out.nodes);
+        for (k, ((at, stencil), nodes)) in wheels.enumerate() {
+            stencil.nodes(nodes);
             let (load, r) = (at.normal_load, at.radius);
             for (output, scale) in [load, r * load, r].into_iter().enumerate() {
                 let column = obs.map.column(OUTPUTS * k + output);
@@ -217,18 +219,15 @@ impl FusedModel {
                 if column.iter().all(|a| *a == 0.0) {
                     continue;
                 }
-                let f = out.forces;
-                for (place, at) in out.at[f].iter_mut().zip(&stencil.at) {
-                    *place = at + output * self.table.padded;
-                }
-                out.weight[f] = stencil.weight;
-                for (row, a) in column.iter().enumerate() {
-                    out.map[row][f] = (a * scale) as f32;
+                let looked = &mut out.looked[out.forces];
+                (looked.wheel, looked.offset) = (k, output * self.table.padded);
+                for (share, a) in looked.share.iter_mut().zip(column.iter()) {
+                    *share = (a * scale) as f32;
                 }
                 out.forces += 1;
             }
         }
-        Ok((out, constant.log_density))
+        Ok(constant)
     }
 
     /// Weighs several samples in one pass over the set: the same posterior as one after the other but for S, which the
@@ -237,28 +236,20 @@ impl FusedModel {
     /// # Errors
     /// As [`update`](ParameterEstimator::update).
     pub fn update_block(&mut self, block: &[ForceObservation]) -> Result<(), EstimatorError> {
-        let mut clock = self.clock.clone();
-        let mut samples = Vec::with_capacity(block.len());
-        let mut constant = 0.0;
-        for obs in block {
-            let rho = clock.correlation(obs, self.whitening)?;
-            let (sample, c) = self.sample(obs, rho)?;
-            clock.advance(obs);
-            constant += c;
-            samples.push(sample);
-        }
+        let mut samples = std::mem::take(&mut self.block);
+        let passed = self.fill(block, &mut samples).map(|constant| {
+            let taken_out = self.pass(samples.get(..block.len()).unwrap_or_default());
+            self.base += constant + taken_out;
+        });
+        self.block = samples;
+        passed?;
         let Some(last) = block.last() else {
             return Ok(());
         };
-        let taken_out = self.pass(&samples);
-        self.base += constant + taken_out;
         self.samples += block.len();
-        self.clock = clock;
+        self.clock.advance(last);
         for obs in block {
-            if self.recent.len() >= self.rule.window {
-                self.recent.pop_front();
-            }
-            self.recent.push_back(obs.clone());
+            self.remember(obs);
         }
         if self.history.is_some() {
             let row = self.probabilities();
@@ -271,29 +262,77 @@ impl FusedModel {
         Ok(())
     }
 
+    /// What the samples of a block share; returns the constants of their densities.
+    fn fill(
+        &self,
+        block: &[ForceObservation],
+        samples: &mut Vec<Sample>,
+    ) -> Result<f64, EstimatorError> {
+        if samples.len() < block.len() {
+            samples.resize(block.len(), Sample::default());
+        }
+        let mut constant = 0.0;
+        for (k, (obs, sample)) in block.iter().zip(samples).enumerate() {
+            let rho = match k.checked_sub(1).and_then(|k| block.get(k)) {
+                None => self.clock.correlation(obs, self.whitening)?,
+                Some(before) => Clock::between(before, obs, self.whitening)?,
+            };
+            constant += self.sample(obs, rho, sample)?;
+        }
+        Ok(constant)
+    }
+
+    /// Keeps an observation for the alarm, in the room of the oldest.
+    fn remember(&mut self, obs: &ForceObservation) {
+        let full = self.recent.len() >= self.rule.window;
+        let oldest = if full { self.recent.pop_front() } else { None };
+        match oldest {
+            Some(mut old)
+                if old.forces.len() == obs.forces.len()
+                    && old.covariance.shape() == obs.covariance.shape()
+                    && old.map.shape() == obs.map.shape() =>
+            {
+                (old.time, old.group) = (obs.time, obs.group);
+                old.forces.copy_from(&obs.forces);
+                old.map.copy_from(&obs.map);
+                old.covariance.copy_from(&obs.covariance);
+                old.contacts.clone_from(&obs.contacts);
+                self.recent.push_back(old);
+            }
+            _ => self.recent.push_back(obs.clone()),
+        }
+    }
+
     /// The pass itself. Returns what was taken out of every log-weight.
     fn pass(&mut self, samples: &[Sample]) -> f64 {
         let values = &self.table.values;
-        let centres = self.centres(samples);
+        // Of one sample over one tile the winner's q is among those of the tile.
+        let alone = samples.len() == 1 && self.log_weights.len() <= TILE;
+        let mut centres = std::mem::take(&mut self.centres);
+        centres.clear();
+        if !alone {
+            let vector = self.best / LANES;
+            let (lane, previous) = (self.best % LANES, self.residuals(vector));
+            one(
+                samples,
+                values,
+                vector * LANES,
+                lane,
+                previous,
+                &mut centres,
+            );
+        }
         self.total = 0.0;
         let mut highest = f32::MIN;
-        let half = f32x8::splat(-0.5);
+        let mut centre = 0.0;
+        let best = self.best;
         let tiles = self
             .log_weights
             .chunks_mut(TILE)
             .zip(self.previous.chunks_mut(ROWS * TILE));
         for (tile, (weights, previous)) in tiles.enumerate() {
             let from = tile * TILE * LANES;
-            let room = FORCES * weights.len();
-            let seen = self.scratch.get_mut(..room).unwrap_or_default();
-            for (sample, centre) in samples.iter().zip(&centres) {
-                let centre = f32x8::splat(*centre);
-                forces(sample, values, from, seen);
-                for (k, lw) in weights.iter_mut().enumerate() {
-                    let q = quadratic(sample, seen, previous, k);
-                    *lw = (f32x8::from(*lw) + (q - centre) * half).to_array();
-                }
-            }
+            centre = weigh_tile(samples, &centres, best, values, from, previous, weights);
             let (mut sum, mut top) = (f32x8::ZERO, f32x8::splat(f32::MIN));
             let cut = f32x8::splat(-87.0);
             for lw in weights.iter() {
@@ -310,7 +349,12 @@ impl FusedModel {
                 self.best = from + place.unwrap_or(0);
             }
         }
-        let mut taken_out: f64 = centres.iter().map(|c| -0.5 * f64::from(*c)).sum();
+        let mut taken_out = if alone {
+            -0.5 * f64::from(centre)
+        } else {
+            centres.iter().map(|c| -0.5 * f64::from(*c)).sum()
+        };
+        self.centres = centres;
         // A new winner far above the old one, or an old one that fell far: all are shifted.
         if highest.abs() > HIGH {
             taken_out += f64::from(highest);
@@ -323,23 +367,13 @@ impl FusedModel {
         taken_out
     }
 
-    /// q of the winner at each sample, from the eight hypotheses around it and a copy of their residuals.
-    fn centres(&self, samples: &[Sample]) -> Vec<f32> {
-        let (vector, lane) = (self.best / LANES, self.best % LANES);
+    /// Residuals of the last sample, of one vector of hypotheses.
+    fn residuals(&self, vector: usize) -> [[f32; LANES]; ROWS] {
         let (tile, k) = (vector / TILE, vector % TILE);
         // The last tile may be short.
         let kept = TILE.min(self.log_weights.len() - tile * TILE);
         let own = |row: usize| tile * TILE * ROWS + row * kept + k;
-        let mut previous: [[f32; LANES]; ROWS] =
-            std::array::from_fn(|row| self.previous.get(own(row)).copied().unwrap_or_default());
-        let mut seen = [[0.0; LANES]; FORCES];
-        let mut out = Vec::with_capacity(samples.len());
-        for sample in samples {
-            forces(sample, &self.table.values, vector * LANES, &mut seen);
-            let q = quadratic(sample, &seen, &mut previous, 0).to_array();
-            out.push(q.get(lane).copied().unwrap_or(0.0));
-        }
-        out
+        std::array::from_fn(|row| self.previous.get(own(row)).copied().unwrap_or_default())
     }
 }
 

@@ -5,6 +5,7 @@
 
 use terra_model::{Contact, ForceLaw};
 
+use super::kernel::Nodes;
 use crate::error::EstimatorError;
 use crate::force_table::TableBox;
 use crate::hypothesis::HypothesisSet;
@@ -24,6 +25,8 @@ pub struct GridTable {
     pub(super) range: TableBox,
     pub(super) radius: f64,
     pub(super) width: f64,
+    /// ln of the box's least load, and nodes per unit of slip and of ln(load).
+    scale: [f64; 3],
     /// Hypotheses, padded to whole vectors.
     pub(super) padded: usize,
     pub(super) values: Vec<f32>,
@@ -31,14 +34,46 @@ pub struct GridTable {
     pub(super) feasible: Vec<bool>,
 }
 
-/// An interpolation at one contact: places of its nodes in `values` (output 0, hypothesis 0), weights, and the weights of
-/// its slopes in slip and in ln(load).
-#[derive(Clone, Copy, Debug)]
+/// An interpolation at one contact: place of its first node in `values` (output 0, hypothesis 0), steps from node to node
+/// along slip and load, and along each the four weights and their slopes.
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Stencil {
-    pub(super) at: [usize; STENCIL],
-    pub(super) weight: [f32; STENCIL],
-    pub(super) in_slip: [f64; STENCIL],
-    pub(super) in_log_load: [f64; STENCIL],
+    first: usize,
+    step: [usize; 2],
+    weight: [[f64; 4]; 2],
+    slope: [[f64; 4]; 2],
+}
+
+impl Stencil {
+    /// Places and weights of all nodes.
+    pub(super) fn nodes(&self, out: &mut Nodes) {
+        let ([slip, load], [along, across]) = (self.weight, self.step);
+        for a in 0..4 {
+            for b in 0..4 {
+                let n = 4 * a + b;
+                out.at[n] = self.first + a * along + b * across;
+                out.weight[n] = (slip[a] * load[b]) as f32;
+            }
+        }
+    }
+
+    /// Value and slopes in slip and ln(load) of what lies `offset` behind the nodes.
+    pub(super) fn value(&self, values: &[f32], offset: usize) -> [f64; 3] {
+        let mut out = [0.0; 3];
+        for a in 0..4 {
+            let (mut row, mut row_slope) = (0.0, 0.0);
+            for b in 0..4 {
+                let place = self.first + a * self.step[0] + b * self.step[1] + offset;
+                let node = values.get(place).map_or(0.0, |v| f64::from(*v));
+                row += self.weight[1][b] * node;
+                row_slope += self.slope[1][b] * node;
+            }
+            out[0] += self.weight[0][a] * row;
+            out[1] += self.slope[0][a] * row;
+            out[2] += self.weight[0][a] * row_slope;
+        }
+        out
+    }
 }
 
 impl GridTable {
@@ -108,6 +143,11 @@ impl GridTable {
             range,
             radius: template.radius,
             width: template.width,
+            scale: [
+                low,
+                (nx - 1) as f64 / (range.slip.1 - range.slip.0),
+                (ny - 1) as f64 / (high - low),
+            ],
             padded,
             values,
             feasible,
@@ -136,29 +176,16 @@ impl GridTable {
             }
         }
         let (nx, ny) = self.range.nodes;
-        let x = (at.slip - s0) / (s1 - s0) * (nx - 1) as f64;
-        let y = (at.normal_load / w0).ln() / (w1 / w0).ln() * (ny - 1) as f64;
-        let ((i, wx, dx), (k, wy, dy)) = (cubic(x, nx), cubic(y, ny));
-        let (per_slip, per_log) = (
-            (nx - 1) as f64 / (s1 - s0),
-            (ny - 1) as f64 / (w1 / w0).ln(),
-        );
-        let mut out = Stencil {
-            at: [0; STENCIL],
-            weight: [0.0; STENCIL],
-            in_slip: [0.0; STENCIL],
-            in_log_load: [0.0; STENCIL],
-        };
-        for a in 0..4 {
-            for b in 0..4 {
-                let n = 4 * a + b;
-                out.at[n] = ((i + a) * ny + k + b) * OUTPUTS * self.padded;
-                out.weight[n] = (wx[a] * wy[b]) as f32;
-                out.in_slip[n] = dx[a] * wy[b] * per_slip;
-                out.in_log_load[n] = wx[a] * dy[b] * per_log;
-            }
-        }
-        Ok(out)
+        let [low, per_slip, per_log] = self.scale;
+        let (i, slip, in_slip) = cubic((at.slip - s0) * per_slip, nx);
+        let (k, load, in_load) = cubic((at.normal_load.ln() - low) * per_log, ny);
+        let across = OUTPUTS * self.padded;
+        Ok(Stencil {
+            first: (i * ny + k) * across,
+            step: [ny * across, across],
+            weight: [slip, load],
+            slope: [in_slip.map(|d| d * per_slip), in_load.map(|d| d * per_log)],
+        })
     }
 }
 

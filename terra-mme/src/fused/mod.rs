@@ -7,6 +7,7 @@
 mod estimator;
 mod grid;
 mod kernel;
+mod shared;
 
 pub use estimator::FusedModel;
 pub use grid::GridTable;
