@@ -80,6 +80,20 @@ impl<T: Real> Column<T> {
         self.soil.strength.mobilised(y) * r / (r.squared() + TURN * TURN).sqrt()
     }
 
+    /// What carries: the normal stress alone, and that depends on nothing but the depth, so few nodes do.
+    pub(super) fn load(&self, entry: T) -> T {
+        let (sin_entry, _) = entry.sin_cos();
+        let soil = self.soil.under(self.radius * sin_entry);
+        let pieces = self.map(T::primal).pieces_of_pressure(entry.primal());
+        let mut load = T::zero();
+        let base = |u: T| self.radius * depth_base(entry, T::one(), u * 0.5);
+        soil.each_node(&pieces, entry, base, |u, normal, _| {
+            let (_, cos) = (entry * (T::one() - u)).sin_cos();
+            load += normal * cos;
+        });
+        load * self.radius * self.width
+    }
+
     pub(super) fn sums(&self, entry: T) -> Sums<T> {
         let (sin_entry, _) = entry.sin_cos();
         let soil = self.soil.under(self.radius * sin_entry);
@@ -121,9 +135,7 @@ impl<P: Root> Column<P> {
             .max_of(P::from(TURN))
             * per_modulus
             * entry;
-        let (sin_half, _) = (entry * 0.5).sin_cos();
-        let deepest = self.radius * sin_half.squared() * 2.0;
-        let mut pieces = Pieces::new(steep.max_of(self.soil.steepness(deepest)));
+        let mut pieces = Pieces::new(steep.max_of(self.soil.steepness(self.deepest(entry))));
         // The direction of τ turns over |r| of a few δ: pieces that grow from r = 0 by a factor of five in r.
         let per_excess = one / ((self.excess + 1.0) * 2.0);
         for level in [-25.0, -5.0, -1.0, 0.0, 1.0, 5.0, 25.0] {
@@ -132,11 +144,26 @@ impl<P: Root> Column<P> {
             let angle = (squared / (one - squared)).sqrt().atan() * 2.0;
             pieces.at((entry - angle) / entry);
         }
+        self.break_at_bends(&mut pieces, entry);
+        pieces
+    }
+
+    fn pieces_of_pressure(&self, entry: P) -> Pieces<P> {
+        let mut pieces = Pieces::new(self.soil.steepness(self.deepest(entry)));
+        self.break_at_bends(&mut pieces, entry);
+        pieces
+    }
+
+    fn deepest(&self, entry: P) -> P {
+        let (sin_half, _) = (entry * 0.5).sin_cos();
+        self.radius * sin_half.squared() * 2.0
+    }
+
+    fn break_at_bends(&self, pieces: &mut Pieces<P>, entry: P) {
         for bend in self.soil.bends().into_iter().flatten() {
             let (reached, angle) = angle_at_depth(entry, bend / self.radius);
-            pieces.at(reached.select_lt(P::zero(), one, (entry - angle) / entry));
+            pieces.at(reached.select_lt(P::zero(), P::one(), (entry - angle) / entry));
         }
-        pieces
     }
 }
 

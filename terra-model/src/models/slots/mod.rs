@@ -287,15 +287,18 @@ impl Composed {
             .pressure
             .entry_guess(load, primal.radius(), at.width.primal());
         let tangent: Wheel<Tangent<T>> = primal.map(Tangent::<T>::from_primal);
-        let slip = at.slip.primal();
+        // A normal stress that carries alone is the same whichever way the rim moves.
+        let slip = if wheel.shear_carries() {
+            at.slip.primal()
+        } else {
+            T::Primal::zero()
+        };
         let rises_to = rises_to(slip, wheel.rises_to());
-        let found = entry_angle(load, guess, slip, rises_to, |angle| {
-            tangent.sums(angle).load
-        })?;
+        let found = entry_angle(load, guess, slip, rises_to, |angle| tangent.load(angle))?;
         let root = found.ln_angle.exp();
-        let (_, slope) = T::Primal::parts(tangent.sums(root.seed()).load);
+        let (_, slope) = T::Primal::parts(tangent.load(root.seed()));
         let root = T::from_primal(root);
-        Ok(root - (wheel.sums(root).load - at.normal_load) / T::from_primal(slope))
+        Ok(root - (wheel.load(root) - at.normal_load) / T::from_primal(slope))
     }
 }
 

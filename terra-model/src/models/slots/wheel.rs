@@ -318,6 +318,20 @@ impl<T: Real> Wheel<T> {
         }
     }
 
+    /// What is carried at an entry angle.
+    pub(super) fn load(&self, entry: T) -> T {
+        match &self.shape {
+            Shape::Rim(w) => w.sums(entry).load,
+            Shape::Linear(w) => w.sums(entry).load,
+            Shape::Column(w) => w.load(entry),
+        }
+    }
+
+    /// True where the shear stress has a part in it.
+    pub(super) fn shear_carries(&self) -> bool {
+        !matches!(self.shape, Shape::Column(_))
+    }
+
     pub(super) fn soil(&self) -> &Soil<T> {
         match &self.shape {
             Shape::Rim(w) => &w.soil,
