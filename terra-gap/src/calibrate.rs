@@ -18,7 +18,7 @@ use crate::evidence::posterior;
 use crate::hypothesis::Hypothesis;
 use crate::mock::{mock, roughness_of};
 use crate::rivals::{Rivals, weigh_rivals};
-use crate::settings::Settings;
+use crate::settings::{LogKind, Settings};
 use crate::setup::Setup;
 
 /// Share of mock cases without any effect.
@@ -39,7 +39,10 @@ pub(crate) fn calibrate<P: Predictor>(
     candidates: &Candidates,
     rivals: &Rivals,
 ) -> Result<Calibration, GapError> {
-    let frozen = Calibration::frozen(setup.kind, data.groups().len())?;
+    let frozen = match (setup.kind, &setup.inherited) {
+        (LogKind::Rig, Some(_)) => Calibration::frozen_contrast()?,
+        (kind, _) => Calibration::frozen(kind, data.groups().len())?,
+    };
     if settings.calibrate == 0 {
         return Ok(frozen);
     }

@@ -22,7 +22,7 @@ use crate::settings::LogKind;
 /// How raw evidences become probabilities.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Calibration {
-    /// Kind of design it was made for: `ramp`, `rich`, `rig` or `kinematic`.
+    /// Kind of design it was made for: `ramp`, `rich`, `rig`, `contrast` or `kinematic`.
     pub design: String,
     /// T: 1 takes evidences as they are.
     pub temperature: f64,
@@ -144,12 +144,23 @@ impl Calibration {
     /// # Errors
     /// A file of calibrations that cannot be read.
     pub fn frozen(kind: LogKind, groups: usize) -> Result<Self, GapError> {
-        let name = match kind {
+        Self::named(match kind {
             LogKind::Rig => "rig",
             LogKind::Kinematic => "kinematic",
             LogKind::Drive if groups >= RICH => "rich",
             LogKind::Drive => "ramp",
-        };
+        })
+    }
+
+    /// The frozen one for a rig's log against an outside simulator's.
+    ///
+    /// # Errors
+    /// As [`frozen`](Self::frozen).
+    pub fn frozen_contrast() -> Result<Self, GapError> {
+        Self::named("contrast")
+    }
+
+    fn named(name: &str) -> Result<Self, GapError> {
         let table: Table =
             toml::from_str(FROZEN).map_err(|e| GapError::Calibration(e.to_string()))?;
         table

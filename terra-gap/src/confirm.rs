@@ -113,7 +113,8 @@ pub(crate) fn confirm_singles<P: Predictor>(
             }
             let weighed: Vec<Weighed> = bases
                 .into_iter()
-                .filter_map(|(base, x)| {
+                .enumerate()
+                .filter_map(|(rank, (base, x))| {
                     let h = base.with(Arc::clone(effect)).ok()?;
                     let mut near = x.clone();
                     near.resize(h.len(), screen[k].score.magnitude.clamp(-3.0, 3.0));
@@ -122,6 +123,8 @@ pub(crate) fn confirm_singles<P: Predictor>(
                     let mut other = vec![0.0; base.len()];
                     other.resize(h.len(), 1.0);
                     let starts = match setup.kind {
+                        // Another structure was fitted with its own soil already.
+                        LogKind::Rig if rank > 0 => vec![near, off],
                         LogKind::Rig => vec![near, off, other],
                         LogKind::Drive | LogKind::Kinematic => {
                             vec![before.map_or(near, |(_, w)| w.plain.x.as_slice().to_vec())]

@@ -5,9 +5,12 @@
 //! afterwards: what is then missing on the real log is missing in the simulator too.
 //!
 //! # Equation
-//! D + W d_D(s), T + W R d_T(s), z exp(d_z(s)), d(s) = Σ_k c_k exp(-(s - s_k)²/(2 ℓ²))/√2, ℓ = .25, slip s_k from
-//! -.4 to 1 in steps of .2, each coefficient with prior sd .03. Soil on the real log: centre of the baseline's fit, a tenth
-//! of the prior spread; `soil-change` alone has the whole spread.
+//! D + W d_D, T + W R d_T, z exp(d_z), d(s, W) = Σ_k (c_k + l_k ln(W/(b R p0))) exp(-(w - w_k)²/(2 ℓ²))/√2 over the slip as
+//! w = ±ln(1 + |s|/.1), which wheel laws bend in alike at all slips; ℓ = .6, w_k from -1.8 (slip -.5) to 2.4 (slip 1) in steps of
+//! .6, p0 = 5 kPa, each coefficient with prior sd .03. Soil on the real log: centre of the
+//! baseline's fit, a tenth of the prior spread; `soil-change` alone has the whole spread. How well the simulator's log
+//! determines soil and form, the covariance P of that fit, is part of the real log's noise: G P G', G the values' slopes.
+//! So is what no such error follows: where the misfit to the simulator's log is more than noise, the noise is that much larger.
 
 use std::sync::Arc;
 
@@ -19,19 +22,25 @@ use terra_model::{
 
 use crate::dataset::{DataSet, Predictor};
 use crate::error::GapError;
+use crate::evidence::posterior;
 use crate::hypothesis::Hypothesis;
+use crate::noise::Inherited;
 use crate::null::{drop_unanswered, refit};
 use crate::settings::LogKind;
 use crate::setup::{Rival, Setup};
 use crate::soil::{free_soil, widths};
 use crate::soil_space::SoilSpace;
 
-/// Length of the error in slip.
-const LENGTH: f64 = 0.25;
-/// Slips at which it is anchored.
-const ANCHORS: [f64; 8] = [-0.4, -0.2, 0.0, 0.2, 0.4, 0.6, 0.8, 1.0];
-/// Prior sd of the error, in loads.
+/// Slip over which wheel laws bend near zero.
+const BEND: f64 = 0.1;
+/// Length of the error in w.
+const LENGTH: f64 = 0.6;
+/// Where it is anchored in w: slips -.50, -.23, -.08, 0, .08, .23, .50, 1.
+const ANCHORS: [f64; 8] = [-1.8, -1.2, -0.6, 0.0, 0.6, 1.2, 1.8, 2.4];
+/// Prior sd of the error, in loads, and of its change over a factor of e in load.
 const SPREAD: f64 = 0.03;
+/// Mean pressure under a wheel at which the load changes nothing \[Pa\].
+const PRESSURE: f64 = 5e3;
 /// Share of the prior spread that the same soil may differ by between the two logs.
 const SAME_SOIL: f64 = 0.1;
 
@@ -52,35 +61,26 @@ const fn coefficient(name: &'static str) -> Param {
     }
 }
 
+/// A channel's coefficients: at every anchor, then what a load e times as large adds there.
+macro_rules! channel {
+    ($name:literal: $($anchor:literal)+) => {
+        [
+            [$(coefficient(concat!($name, "_", $anchor)),)+],
+            [$(coefficient(concat!($name, "_", $anchor, "_by_load")),)+],
+        ]
+    };
+}
+
+const CHANNELS: [[[Param; ANCHORS.len()]; 2]; 3] = [
+    channel!("pull": "-0.50" "-0.23" "-0.08" "0" "0.08" "0.23" "0.50" "1"),
+    channel!("torque": "-0.50" "-0.23" "-0.08" "0" "0.08" "0.23" "0.50" "1"),
+    channel!("sinkage": "-0.50" "-0.23" "-0.08" "0" "0.08" "0.23" "0.50" "1"),
+];
+
 impl Effect for FormError {
     const NAME: &'static str = "form-error";
     const SUMMARY: &'static str = "smooth error of the wheel law's form over slip";
-    const PARAMS: &'static [Param] = &[
-        coefficient("pull_-0.4"),
-        coefficient("pull_-0.2"),
-        coefficient("pull_0"),
-        coefficient("pull_0.2"),
-        coefficient("pull_0.4"),
-        coefficient("pull_0.6"),
-        coefficient("pull_0.8"),
-        coefficient("pull_1"),
-        coefficient("torque_-0.4"),
-        coefficient("torque_-0.2"),
-        coefficient("torque_0"),
-        coefficient("torque_0.2"),
-        coefficient("torque_0.4"),
-        coefficient("torque_0.6"),
-        coefficient("torque_0.8"),
-        coefficient("torque_1"),
-        coefficient("sinkage_-0.4"),
-        coefficient("sinkage_-0.2"),
-        coefficient("sinkage_0"),
-        coefficient("sinkage_0.2"),
-        coefficient("sinkage_0.4"),
-        coefficient("sinkage_0.6"),
-        coefficient("sinkage_0.8"),
-        coefficient("sinkage_1"),
-    ];
+    const PARAMS: &'static [Param] = CHANNELS.as_flattened().as_flattened();
     const REFERENCE: &'static str =
         "difference in differences with a frozen discrepancy; chosen length and spread";
     const TOUCHES: &'static [Touch] = &[Touch::Forces];
@@ -94,12 +94,18 @@ impl Effect for FormError {
         at: &Contact<T>,
         mut forces: WheelForces<T>,
     ) -> WheelForces<T> {
-        let mut error = [T::zero(); 3];
-        for (channel, c) in error.iter_mut().zip(e.chunks(ANCHORS.len())) {
-            for (c, anchor) in c.iter().zip(ANCHORS) {
-                let d = (at.slip - anchor) * (1.0 / LENGTH);
+        let load = (at.normal_load / (at.width * at.radius * PRESSURE)).ln();
+        let zero = T::zero();
+        let size = (at.slip.select_lt(zero, -at.slip, at.slip) * (1.0 / BEND) + 1.0).ln();
+        let w = at.slip.select_lt(zero, -size, size);
+        let mut error = [zero; 3];
+        for (channel, e) in error.iter_mut().zip(e.chunks_exact(2 * ANCHORS.len())) {
+            let (level, by_load) = e.split_at(ANCHORS.len());
+            for ((c, l), anchor) in level.iter().zip(by_load).zip(ANCHORS) {
+                let d = (w - anchor) * (1.0 / LENGTH);
                 // About two anchors overlap any slip: the sum keeps the spread of one coefficient.
-                *channel += *c * (-(d * d) * 0.5).exp() * std::f64::consts::FRAC_1_SQRT_2;
+                *channel +=
+                    (*c + *l * load) * (-(d * d) * 0.5).exp() * std::f64::consts::FRAC_1_SQRT_2;
             }
         }
         let [pull, torque, sinkage] = error;
@@ -149,6 +155,7 @@ pub(crate) fn against<'a, P: Predictor>(
         soil: Arc::clone(&soil),
         structures: vec![],
         kind,
+        inherited: None,
     };
     let null = Hypothesis::null(law.clone(), soil);
     drop_unanswered(&mut data, predictor, &null, &vec![0.0; null.len()]);
@@ -183,10 +190,27 @@ pub(crate) fn against<'a, P: Predictor>(
             soil: Arc::new(SoilSpace::new(whole, labels)),
         }]
     };
+    let covariance = posterior(&null, &fit).covariance;
+    // Each number that the data determine takes one value's misfit away.
+    let determined = fit.x.len() as f64 - covariance.trace();
+    let excess = (fit.chi2() / (data.len() as f64 - determined)).max(1.0);
+    let root =
+        covariance
+            .cholesky()
+            .map(|c| c.unpack())
+            .ok_or_else(|| GapError::NotPositiveDefinite {
+                what: "the fit to the simulator's log".to_owned(),
+            })?;
     let setup = Setup {
         law,
         soil: Arc::new(SoilSpace::new(narrow, labels)),
         structures,
+        inherited: Some(Inherited {
+            hypothesis: null,
+            x: fit.x.as_slice().to_vec(),
+            root,
+            excess,
+        }),
         ..setup
     };
     Ok((setup, baseline))
@@ -218,10 +242,10 @@ fn frozen(law: &Law, p: &[f64], rover: &Rover, share: f64) -> Result<FitSpace, G
         .map_err(|e| GapError::Soil(e.to_string()))
 }
 
-/// Root mean square of each channel's coefficients.
+/// Root mean square of each channel's coefficients at the load of [`PRESSURE`].
 fn form_error(law: &Law, p: &[f64]) -> [f64; 3] {
     let coefficients = p.get(law.model().params().len()..).unwrap_or(&[]);
-    let mut parts = coefficients.chunks(ANCHORS.len());
+    let mut parts = coefficients.chunks(ANCHORS.len()).step_by(2);
     std::array::from_fn(|_| {
         let c = parts.next().unwrap_or(&[]);
         (c.iter().map(|c| c * c).sum::<f64>() / c.len().max(1) as f64).sqrt()

@@ -142,7 +142,7 @@ pub(crate) fn hold_out<P: Predictor>(
     by: HoldOut,
 ) -> Result<HeldOut, GapError> {
     let groups = groups(data, by);
-    // The noise is block diagonal, so rows of a whitened Jacobian keep their meaning.
+    // Where the noise is block diagonal, rows of a whitened Jacobian keep their meaning.
     let rows: Vec<usize> = data.stacked().map(|(i, _)| i).collect();
     let results: Vec<Result<Result<GroupSquares, String>, GapError>> = groups
         .par_iter()
@@ -162,7 +162,9 @@ pub(crate) fn hold_out<P: Predictor>(
                     .filter(|&k| !members.contains(&rows[k]))
                     .collect();
                 // On a rig fits are cheap and far from linear: they are certified.
-                let quick = by == HoldOut::Segment && whole.jacobian.nrows() == rows.len();
+                let quick = by == HoldOut::Segment
+                    && noise.is_separate()
+                    && whole.jacobian.nrows() == rows.len();
                 let effort = if quick {
                     Effort::Carried
                 } else {

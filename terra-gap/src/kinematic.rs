@@ -94,6 +94,7 @@ pub(crate) fn diagnose_logs(
         soil: Arc::new(SoilSpace::new(soil, logs.labels())),
         structures: vec![],
         kind: LogKind::Kinematic,
+        inherited: None,
     };
     let (data, predictor) = read::from_logs(logs, rover)?;
     let mut found = match refusal(&data, logs, rover) {

@@ -3,7 +3,8 @@
 //! # Equation
 //! Per observation C = D S D' with D the derivative of the residual in all raw measurements (values and inputs, slip
 //! included) and S their variances; block diagonal over observations. A discrepancy adds
-//! a² diag(s) K diag(s), K = exp(-(Δ slip)²/(2 ℓ²)) inside each channel, ℓ = .25.
+//! a² diag(s) K diag(s), K = exp(-(Δ slip)²/(2 ℓ²)) inside each channel, ℓ = .25. What is only known from another log
+//! (see [`Inherited`]) adds G P G'.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use rayon::prelude::*;
@@ -11,6 +12,7 @@ use terra_model::{Dual8, jacobian};
 
 use crate::dataset::{DataSet, Predictor};
 use crate::error::GapError;
+use crate::fit::evaluate;
 use crate::hypothesis::Hypothesis;
 
 /// Length of the discrepancy in slip.
@@ -21,6 +23,20 @@ pub(crate) const DISCREPANCY_LENGTH: f64 = 0.25;
 pub(crate) struct NoiseModel {
     /// Blocks in the order of the observations.
     pub blocks: Vec<DMatrix<f64>>,
+    /// G P^(1/2) of what another log taught: rows as the stacked values.
+    common: Option<DMatrix<f64>>,
+}
+
+/// What another log taught the nominal model, and how well: its error is one and the same on every value of this log.
+pub(crate) struct Inherited {
+    /// The law as it was fitted there, with all that was free.
+    pub(crate) hypothesis: Hypothesis,
+    /// Its fit.
+    pub(crate) x: Vec<f64>,
+    /// Square root of the covariance of that fit.
+    pub(crate) root: DMatrix<f64>,
+    /// How many times the stated variance the other log misfits by.
+    pub(crate) excess: f64,
 }
 
 impl NoiseModel {
@@ -52,7 +68,30 @@ impl NoiseModel {
                 Ok(&d * DMatrix::from_diagonal(&variances) * d.transpose())
             })
             .collect::<Result<Vec<_>, GapError>>()?;
-        Ok(NoiseModel { blocks })
+        Ok(NoiseModel {
+            blocks,
+            common: None,
+        })
+    }
+
+    /// The same, and what is uncertain about the nominal law itself; its scatter beyond the stated noise is every value's own.
+    ///
+    /// # Errors
+    /// Where the model has no answer.
+    pub(crate) fn with<P: Predictor>(
+        mut self,
+        data: &DataSet,
+        predictor: &P,
+        inherited: Option<&Inherited>,
+    ) -> Result<Self, GapError> {
+        if let Some(i) = inherited {
+            let slopes = evaluate(data, predictor, &i.hypothesis, &i.x)?.jacobian;
+            self.common = Some(slopes * &i.root);
+            for block in &mut self.blocks {
+                *block *= i.excess;
+            }
+        }
+        Ok(self)
     }
 
     /// Adds variance to every value of a channel.
@@ -71,6 +110,9 @@ impl NoiseModel {
     /// # Errors
     /// [`GapError::NotPositiveDefinite`].
     pub(crate) fn whitener(&self, data: &DataSet) -> Result<Whitener, GapError> {
+        if self.common.is_some() {
+            return self.dense(DMatrix::zeros(data.len(), data.len()));
+        }
         let mut log_det = 0.0;
         let blocks = self
             .blocks
@@ -111,7 +153,7 @@ impl NoiseModel {
                 .copied()
                 .unwrap_or(0.0)
         };
-        let mut full = DMatrix::from_fn(n, n, |r, c| {
+        self.dense(DMatrix::from_fn(n, n, |r, c| {
             let ((i, ci), (j, cj)) = (places[r], places[c]);
             if ci != cj {
                 return 0.0;
@@ -119,7 +161,11 @@ impl NoiseModel {
             let d = (slip(i) - slip(j)) / DISCREPANCY_LENGTH;
             let s = a * data.channels[ci].scale;
             s * s * (-0.5 * d * d).exp()
-        });
+        }))
+    }
+
+    /// The whitener of this noise on top of another covariance.
+    fn dense(&self, mut full: DMatrix<f64>) -> Result<Whitener, GapError> {
         let mut at = 0;
         for b in &self.blocks {
             let m = b.nrows();
@@ -127,8 +173,11 @@ impl NoiseModel {
             view += b;
             at += m;
         }
+        if let Some(common) = &self.common {
+            full += common * common.transpose();
+        }
         let c = Cholesky::new(full).ok_or_else(|| GapError::NotPositiveDefinite {
-            what: "noise with discrepancy".to_owned(),
+            what: "noise that values share".to_owned(),
         })?;
         let log_det = log_determinant(&c);
         Ok(Whitener {
@@ -137,17 +186,33 @@ impl NoiseModel {
         })
     }
 
+    /// True where every observation has a noise of its own, so that rows of whitened values keep their meaning.
+    pub(crate) fn is_separate(&self) -> bool {
+        self.common.is_none()
+    }
+
     /// Noise so many times larger.
     pub(crate) fn times(&self, factor: f64) -> Self {
         NoiseModel {
             blocks: self.blocks.iter().map(|b| b * (factor * factor)).collect(),
+            common: self.common.as_ref().map(|c| c * factor),
         }
     }
 
     /// Only the blocks of some observations.
     pub(crate) fn subset(&self, keep: &[usize]) -> Self {
+        let mut firsts = vec![0];
+        firsts.extend(self.blocks.iter().scan(0, |at, b| {
+            *at += b.nrows();
+            Some(*at)
+        }));
+        let rows: Vec<usize> = keep
+            .iter()
+            .flat_map(|&i| firsts[i]..firsts[i + 1])
+            .collect();
         NoiseModel {
             blocks: keep.iter().map(|&i| self.blocks[i].clone()).collect(),
+            common: self.common.as_ref().map(|c| c.select_rows(&rows)),
         }
     }
 }
@@ -195,5 +260,82 @@ impl Whitener {
     pub(crate) fn apply_vector(&self, v: &DVector<f64>) -> DVector<f64> {
         let m = self.apply(&DMatrix::from_column_slice(v.len(), 1, v.as_slice()));
         DVector::from_column_slice(m.as_slice())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use super::*;
+    use crate::dataset::{ChannelInfo, Factors, Observation};
+
+    fn data() -> DataSet {
+        let observation = |index, channels: &[usize]| Observation {
+            index,
+            group: String::new(),
+            condition: String::new(),
+            place: String::new(),
+            channels: channels.to_vec(),
+            values: vec![0.0; channels.len()],
+            raw_sd: vec![],
+            factors: Factors::new(),
+        };
+        let channel = |name: &str| ChannelInfo {
+            name: name.to_owned(),
+            unit: "N",
+            scale: 1.0,
+        };
+        DataSet {
+            channels: vec![channel("a"), channel("b")],
+            observations: vec![
+                observation(0, &[0, 1]),
+                observation(1, &[1]),
+                observation(2, &[0, 1]),
+            ],
+            dropped: BTreeMap::new(),
+            notes: vec![],
+            short_scatter: vec![],
+        }
+    }
+
+    /// What values share is a covariance G G' on top of the blocks: |L^-1 v|² = v' (B + G G')^-1 v and ln det, for all rows and
+    /// for those of a part.
+    #[test]
+    fn shared_noise_is_one_covariance() {
+        let blocks: Vec<DMatrix<f64>> = [2, 1, 2]
+            .iter()
+            .map(|&m| DMatrix::from_fn(m, m, |r, c| if r == c { 2.0 + r as f64 } else { 0.5 }))
+            .collect();
+        let g = DMatrix::from_fn(5, 3, |r, c| ((3 * r + c) as f64).sin());
+        let noise = NoiseModel {
+            blocks: blocks.clone(),
+            common: Some(g.clone()),
+        };
+        assert!(!noise.is_separate());
+        let data = data();
+        for (keep, rows) in [
+            (vec![0, 1, 2], vec![0, 1, 2, 3, 4]),
+            (vec![0, 2], vec![0, 1, 3, 4]),
+        ] {
+            let part = noise.subset(&keep).times(2.0);
+            let whitener = part.whitener(&data.subset(&keep)).unwrap();
+            let own = g.select_rows(&rows);
+            let mut whole = &own * own.transpose();
+            let mut at = 0;
+            for &i in &keep {
+                let m = blocks[i].nrows();
+                let mut view = whole.view_mut((at, at), (m, m));
+                view += &blocks[i];
+                at += m;
+            }
+            whole *= 4.0;
+            let v = DVector::from_fn(rows.len(), |r, _| 1.0 + r as f64);
+            let direct = v.dot(&whole.clone().lu().solve(&v).unwrap());
+            let whitened = whitener.apply_vector(&v).norm_squared();
+            assert!((whitened - direct).abs() < 1e-12 * direct, "{keep:?}");
+            let log_det = whole.determinant().ln();
+            assert!((whitener.log_det - log_det).abs() < 1e-12, "{keep:?}");
+        }
     }
 }

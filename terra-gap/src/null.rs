@@ -65,7 +65,11 @@ fn settle<P: Predictor>(
     null: &Hypothesis,
 ) -> Result<(Fit, NoiseModel, f64), GapError> {
     let centre = vec![0.0; null.len()];
-    let mut noise = NoiseModel::propagate(data, predictor, null, &centre)?;
+    let inherited = setup.inherited.as_ref();
+    let noise_at = |data: &DataSet, at: &[f64]| {
+        NoiseModel::propagate(data, predictor, null, at)?.with(data, predictor, inherited)
+    };
+    let mut noise = noise_at(data, &centre)?;
     let given = noise
         .whitener(data)?
         .apply_vector(&residual(data, predictor, null, &centre)?)
@@ -89,7 +93,7 @@ fn settle<P: Predictor>(
         let x = fitted.x.as_slice().to_vec();
         let far = setup.kind == LogKind::Drive && fitted.chi2() > FAR * n;
         let at = if far { &centre } else { &x };
-        noise = NoiseModel::propagate(data, predictor, null, at)?;
+        noise = noise_at(data, at)?;
         if setup.kind == LogKind::Drive {
             let r = residual(data, predictor, null, &x)?;
             roughness::add(&mut noise, data, setup.rover, &r);

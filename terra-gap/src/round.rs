@@ -69,7 +69,12 @@ pub(crate) fn settle<P: Predictor>(
             break;
         };
         let (h, x) = (better.hypothesis.clone(), better.plain.x.clone());
-        let mut noise = NoiseModel::propagate(data, common.predictor, &h, x.as_slice())?;
+        let inherited = common.setup.inherited.as_ref();
+        let mut noise = NoiseModel::propagate(data, common.predictor, &h, x.as_slice())?.with(
+            data,
+            common.predictor,
+            inherited,
+        )?;
         let r = residual(data, common.predictor, &h, x.as_slice())?;
         roughness::add(&mut noise, data, common.setup.rover, &r);
         let last = renewal == RENEWALS;

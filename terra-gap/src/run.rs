@@ -239,6 +239,7 @@ pub(crate) fn setup<'a>(
         soil,
         structures,
         kind,
+        inherited: None,
     })
 }
 

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use terra_data::Rover;
 use terra_model::{Law, Registry};
 
+use crate::noise::Inherited;
 use crate::screen::Score;
 use crate::settings::LogKind;
 use crate::soil_space::SoilSpace;
@@ -28,6 +29,8 @@ pub(crate) struct Setup<'a> {
     pub structures: Vec<Rival>,
     /// Kind of log.
     pub kind: LogKind,
+    /// What the nominal law was taught by another log.
+    pub inherited: Option<Inherited>,
 }
 
 /// A law that competes as a whole.

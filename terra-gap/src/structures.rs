@@ -9,9 +9,9 @@ use rayon::prelude::*;
 
 use crate::dataset::{DataSet, Predictor};
 use crate::error::GapError;
-use crate::fit::{Effort, fit_from, residual};
+use crate::fit::{Effort, Fit, fit_from, fit_near, residual};
 use crate::hypothesis::Hypothesis;
-use crate::noise::NoiseModel;
+use crate::noise::{NoiseModel, Whitener};
 use crate::null::starts_of;
 use crate::settings::LogKind;
 use crate::setup::Setup;
@@ -19,6 +19,10 @@ use crate::weigh::{Amplitudes, Weighed, contest, weigh};
 
 /// Windows of a drive that a model is tried on first.
 const TRIED_ON: usize = 16;
+/// Ends on those rows of a rig that start the fits to all of them.
+const BEST_STARTS: usize = 2;
+/// Prior sd within which two ends are one.
+const SAME: f64 = 0.1;
 /// Nats behind the best explanation on those windows from which a model is out.
 const OUT: f64 = 15.0;
 
@@ -64,7 +68,9 @@ pub(crate) fn weigh_structures<P: Predictor>(
         .filter_map(|rival| {
             let h = Hypothesis::null(rival.law.clone(), Arc::clone(&rival.soil));
             let mut starts = starts_of(&h, setup.kind);
-            if setup.kind != LogKind::Rig && best.is_finite() {
+            if setup.kind == LogKind::Rig {
+                starts = best_starts(&few, predictor, &h, &whitener, &starts);
+            } else if best.is_finite() {
                 let within = Effort::Below(2.0 * (best + OUT));
                 let fitted = fit_from(&few, predictor, &h, &whitener, &starts, None, within).ok()?;
                 let behind = 0.5 * fitted.cost - best;
@@ -88,4 +94,26 @@ pub(crate) fn weigh_structures<P: Predictor>(
         }
     }
     Ok(out)
+}
+
+/// Where the fits to a few rows end that end best: wheel laws are far from linear, and all rows from every start cost too much.
+fn best_starts<P: Predictor>(
+    few: &DataSet,
+    predictor: &P,
+    h: &Hypothesis,
+    whitener: &Whitener,
+    starts: &[Vec<f64>],
+) -> Vec<Vec<f64>> {
+    let mut ends: Vec<Fit> = starts
+        .iter()
+        .filter_map(|s| fit_near(few, predictor, h, whitener, s, None, Effort::Carried).ok())
+        .collect();
+    ends.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    ends.dedup_by(|a, b| (&a.x - &b.x).amax() < SAME);
+    ends.truncate(BEST_STARTS);
+    let mut out: Vec<Vec<f64>> = ends.iter().map(|f| f.x.as_slice().to_vec()).collect();
+    if out.is_empty() {
+        out.extend(starts.first().cloned());
+    }
+    out
 }

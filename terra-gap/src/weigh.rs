@@ -145,45 +145,36 @@ pub(crate) fn weigh<P: Predictor>(
 ) -> Result<Weighed, GapError> {
     let mut best: Option<(f64, f64, Fit, Posterior)> = None;
     let mut terms = vec![];
-    let mut starts = starts.to_vec();
     let mut guess = guess;
-    for (a, ln_weight, whitener) in &amplitudes.levels {
-        let fitted = fit_from(
-            data,
-            predictor,
-            hypothesis,
-            whitener,
-            &starts,
-            guess.take(),
-            effort,
-        )?;
+    let mut fit = |whitener: &Whitener, starts: &[Vec<f64>]| {
+        let guess = guess.take();
+        fit_from(data, predictor, hypothesis, whitener, starts, guess, effort)
+    };
+    // A large discrepancy leaves one smooth way down, so all starts are tried there; the ends of that way start the others.
+    let mut from = starts.to_vec();
+    let smallest = amplitudes.levels.first().map(|l| l.0);
+    for (a, ln_weight, whitener) in amplitudes.levels.iter().rev() {
+        if !terms.is_empty() && Some(*a) == smallest {
+            from.extend(starts.first().cloned());
+        }
+        let fitted = fit(whitener, &from)?;
         let post = posterior(hypothesis, &fitted);
         let term = ln_weight + post.log_evidence;
         terms.push(term);
-        starts.truncate(2);
-        starts.push(fitted.x.as_slice().to_vec());
+        from = vec![fitted.x.as_slice().to_vec()];
         if best.as_ref().is_none_or(|b| term > b.0) {
             best = Some((term, *a, fitted, post));
         }
     }
-    let (_, amplitude, fit, posterior) =
+    let (_, amplitude, found, posterior) =
         best.ok_or_else(|| GapError::Soil("a rival without amplitudes".to_owned()))?;
     let plain = if amplitude == 0.0 {
-        fit.clone()
+        found.clone()
     } else {
-        let mut starts = starts;
-        starts.truncate(2);
-        starts.push(fit.x.as_slice().to_vec());
-        fit_from(
-            data,
-            predictor,
-            hypothesis,
-            &amplitudes.plain,
-            &starts,
-            None,
-            effort,
-        )?
+        from.push(found.x.as_slice().to_vec());
+        fit(&amplitudes.plain, &from)?
     };
+    let fit = found;
     let plain_log_evidence = crate::evidence::posterior(hypothesis, &plain).log_evidence;
     Ok(Weighed {
         hypothesis: hypothesis.clone(),

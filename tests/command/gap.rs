@@ -87,6 +87,10 @@ fn logs_that_do_not_go_together_are_refused_by_name() {
             "--sim",
         ),
         (
+            format!("gap drive.csv --rover {rover} --watch --figures pictures"),
+            "--figures",
+        ),
+        (
             format!("gap drive.csv --rover {rover} --track t.csv"),
             "--watch",
         ),

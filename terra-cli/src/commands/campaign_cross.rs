@@ -5,11 +5,12 @@ use std::path::Path;
 
 use rayon::prelude::*;
 use serde_json::json;
-use terra_gap::{Diagnosis, Settings, diagnose_rig, diagnose_rig_against};
+use terra_data::atomic_write;
+use terra_gap::{Calibration, Diagnosis, Settings, diagnose_rig, diagnose_rig_against};
 use terra_model::Registry;
 
 use super::campaign_gap::shown;
-use crate::campaign::cross::{Answer, Case, Marked, Programme, figures};
+use crate::campaign::cross::{Answer, Case, Marked, Programme, Truth, figures};
 use crate::challenge::read_json;
 use crate::error::CliError;
 use crate::output;
@@ -52,6 +53,7 @@ pub(crate) fn run(
     drop(bar);
     let marked: Vec<Marked> = marked.into_iter().collect::<Result<_, _>>()?;
     let rows = figures(&marked);
+    learn(&marked, seed, out)?;
     if file.is_some() {
         output::json(
             file,
@@ -64,19 +66,44 @@ pub(crate) fn run(
     ))
 }
 
+/// What these cases teach for those of another seed, beside them.
+fn learn(marked: &[Marked], seed: u64, out: &Path) -> Result<(), CliError> {
+    let known: Vec<terra_gap::Case> = marked
+        .iter()
+        .map(|m| {
+            let case = m.evidence.case(&m.name);
+            if m.truth == Truth::OtherForm {
+                case.in_another_form()
+            } else {
+                case
+            }
+        })
+        .collect();
+    let source = format!(
+        "terra campaign cross-structure --cases {} --seed {seed}",
+        marked.len()
+    );
+    let learned = Calibration::learn(&known, &Calibration::frozen_contrast()?, source).to_toml()?;
+    atomic_write(&out.join("calibration.toml"), |w| {
+        std::io::Write::write_all(w, learned.as_bytes())
+    })?;
+    Ok(())
+}
+
 fn mark(case: &Case, programme: &Programme, registry: &Registry) -> Result<Marked, CliError> {
     let own = programme.rover(case.ground);
     let other = programme.rover(case.nominal);
     let against = |rover| {
         let settings = Settings::of(rover);
         let found = diagnose_rig_against(&case.sim, &case.real, rover, registry, &settings, false)?;
-        Ok::<_, CliError>(answer(&found.0))
+        Ok::<_, CliError>(found.0)
     };
     let (alone, _) = diagnose_rig(&case.real, &other, registry, &Settings::of(&other))?;
     let (form, magnitude) = match &case.effect {
         Some(e) => (e.form.clone(), e.magnitude.clone()),
         None => (None, vec![]),
     };
+    let with_baseline = against(&other)?;
     Ok(Marked {
         truth: case.truth,
         name: case.name.clone(),
@@ -84,9 +111,10 @@ fn mark(case: &Case, programme: &Programme, registry: &Registry) -> Result<Marke
         nominal: case.nominal.to_owned(),
         form,
         magnitude,
-        with_baseline: against(&other)?,
+        with_baseline: answer(&with_baseline),
+        evidence: with_baseline.evidence,
         without: answer(&alone),
-        shared_law: against(&own)?,
+        shared_law: answer(&against(&own)?),
     })
 }
 

@@ -1,6 +1,7 @@
 //! What the answers are worth, beside what is asked of them.
 
 use serde::{Deserialize, Serialize};
+use terra_gap::Evidence;
 
 use super::Truth;
 use crate::campaign::targets::Target;
@@ -32,7 +33,7 @@ impl Answer {
 }
 
 /// One case with its answers.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Marked {
     pub(crate) truth: Truth,
     pub(crate) name: String,
@@ -42,6 +43,9 @@ pub(crate) struct Marked {
     pub(crate) magnitude: Vec<f64>,
     /// By another structure, with the outside simulator's log.
     pub(crate) with_baseline: Answer,
+    /// What it weighed, before calibration.
+    #[serde(default)]
+    pub(crate) evidence: Evidence,
     /// By another structure, without.
     pub(crate) without: Answer,
     /// By the ground's own structure, with that log.
@@ -181,6 +185,7 @@ mod tests {
             form: None,
             magnitude: vec![],
             with_baseline: answer.clone(),
+            evidence: Evidence::default(),
             without: answer.clone(),
             shared_law: answer,
         };
