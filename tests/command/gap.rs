@@ -1,4 +1,4 @@
-//! `terra gap` of several logs, and `terra gap --watch`.
+//! `terra gap` of several logs, against a simulator, and `terra gap --watch`.
 
 use std::fs;
 use std::path::Path;
@@ -160,4 +160,43 @@ fn a_watch_flags_the_patrol_where_the_soil_changes() {
     )
     .ok();
     assert!(short.out.contains("unidentifiable"), "{}", short.out);
+}
+
+/// An outside simulator whose wheel law is not the nominal one: what both its log and the real one have is no gap, what only the
+/// real one has is named.
+#[test]
+fn another_simulators_law_is_not_read_as_an_effect() {
+    let at = folder("gap_sim");
+    let own = fs::read_to_string(example("rig/rig.toml")).unwrap();
+    fs::write(at.join("rig.toml"), &own).unwrap();
+    fs::write(
+        at.join("other.toml"),
+        own.replace("wong-reece", "linear-stress"),
+    )
+    .unwrap();
+    let scenario = fs::read_to_string(example("rig/slip_sinkage.toml")).unwrap();
+    let (bare, _) = scenario.split_once("[[effect]]").unwrap();
+    for (name, text, seed) in [
+        ("sim", bare, 77),
+        ("same", bare, 78),
+        ("more", &scenario, 79),
+    ] {
+        let text = text.replace("seed = 1\n", &format!("seed = {seed}\n"));
+        fs::write(at.join(format!("{name}.toml")), text).unwrap();
+        terra(&at, &format!("simulate {name}.toml --out {name}.csv")).ok();
+    }
+    let said = |log: &str| {
+        terra(
+            &at,
+            &format!("gap --sim sim.csv {log}.csv --rover other.toml --json {log}.json"),
+        )
+        .ok();
+        read(&at.join(format!("{log}.json")))
+    };
+    let (same, more) = (said("same"), said("more"));
+    assert_eq!(same["verdict"], "none");
+    assert_eq!(same["calibration"]["design"], "contrast");
+    assert!(same["baseline"]["chi2_per_dof"].as_f64().unwrap() < 1.3);
+    assert_eq!(more["causes"][0]["effect"], "slip-sinkage");
+    assert!(more["causes"][0]["probability"].as_f64().unwrap() > 0.8);
 }
