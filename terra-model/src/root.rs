@@ -7,8 +7,15 @@ use crate::real::{Real, Root};
 pub(crate) const MIN_ENTRY_ANGLE: f64 = 1e-9;
 /// Largest: the wheel is buried to its axle \[rad\].
 pub(crate) const MAX_ENTRY_ANGLE: f64 = std::f64::consts::FRAC_PI_2;
-/// Up to here the load of a driven wheel with linear stresses rises: beyond, the closed form may carry less as it sinks \[rad\].
+/// Up to here the load of a driven wheel rises whose stresses are linear from the bottom to θ1: beyond, the closed form may
+/// carry less as it sinks \[rad\]. σm, τm, B and C rise everywhere, and A by the mean of θ cos θ over [θm, θ1] less that over
+/// [0, θm], which is above zero up to 1.24 for any θm.
 pub(crate) const LINEAR_RISES_TO: f64 = 1.2;
+/// The same with an exit anywhere: θ cos θ itself rises up to here.
+pub(crate) const LINEAR_WITH_EXIT_RISES_TO: f64 = 0.86;
+/// θ2/-θ1 up to which the load of a driven rigid wheel rises at every angle; behind a longer rear contact the shear stress
+/// may pull it in by more than it gains.
+pub(crate) const RISING_EXIT: f64 = 0.5;
 const MAX_STEPS: usize = 200;
 /// Newton's steps alone may creep inside the bracket where a braked wheel's load has a bend; after this many, every other
 /// step halves it, which bounds the count.
