@@ -113,9 +113,10 @@ pub(crate) struct Found<P> {
 }
 
 impl<P: Root> Found<P> {
-    /// True where the load grows as that of a wheel far from any fold does.
-    pub(crate) fn grows(&self) -> bool {
-        grows((self.load, self.slope))
+    /// True where the load grows by a power that is usual: far from a fold, and from a load that soil and shear stress nearly
+    /// take from each other.
+    pub(crate) fn is_usual(&self) -> bool {
+        grows((self.load, self.slope)) && !(self.load * USUAL).any_lt(self.slope)
     }
 }
 
@@ -156,7 +157,9 @@ impl<P: Root> Search<P> {
         // The iteration may end on its bracket instead, where no angle carries the load.
         let left = (root.load - self.load).abs();
         let balances = !(root.slope * (2.0 * self.tolerance)).any_lt(left);
-        balances && root.grows() && GLANCES.iter().all(|share| grows(load_at(angle * *share)))
+        balances
+            && grows((root.load, root.slope))
+            && GLANCES.iter().all(|share| grows(load_at(angle * *share)))
     }
 
     /// The root that a sinking wheel reaches first, where the load may fall again as it sinks.
@@ -300,6 +303,9 @@ const FLAT: f64 = 0.25;
 const GLANCES: [f64; 3] = [0.2, 0.5, 0.8];
 /// d ln W / d ln θ1 from which it is: on its way to a fold the load grows more and more slowly over tens of degrees.
 const SOUND: f64 = 0.8;
+
+/// d ln W / d ln θ1 above any that a soil without shear stress has: 1 + 2 n.
+const USUAL: f64 = 8.0;
 
 /// True where a load, given with its slope in ln θ1, is above zero and grows well.
 fn grows<P: Root>((w, slope): (P, P)) -> bool {

@@ -17,7 +17,7 @@ use crate::root::{Search, entry_angle, rises_to};
 const HANDOVER: f64 = 1e-3;
 /// The same for the rule that counts. The step that follows squares it.
 const DRIVING: f64 = 3e-7;
-/// A braked wheel's load has bends: what the last step squares is multiplied by more.
+/// A braked wheel's load has bends: where they show, what the last step squares is multiplied by more.
 const BRAKING: f64 = 1e-8;
 /// Largest difference of ln θ1 between two rules that mean the same root.
 const SAME_ROOT: f64 = 0.02;
@@ -75,7 +75,7 @@ fn iterate<P: Root, const COARSE: usize, const FINE: usize, R>(
     if let Ok(near) = near {
         start = near.ln_angle + (load - near.load) / near.slope;
         search.feasible = true;
-        if near.grows() {
+        if near.is_usual() {
             search.tolerance = DRIVING;
         }
     }
