@@ -7,8 +7,15 @@ use crate::real::{Real, Root};
 pub(crate) const MIN_ENTRY_ANGLE: f64 = 1e-9;
 /// Largest: the wheel is buried to its axle \[rad\].
 pub(crate) const MAX_ENTRY_ANGLE: f64 = std::f64::consts::FRAC_PI_2;
-/// Up to here the load of a driven wheel with linear stresses rises: beyond, the closed form may carry less as it sinks \[rad\].
+/// Up to here the load of a driven wheel rises whose stresses are linear from the bottom to θ1: beyond, the closed form may
+/// carry less as it sinks \[rad\]. σm, τm, B and C rise everywhere, and A by the mean of θ cos θ over [θm, θ1] less that over
+/// [0, θm], which is above zero up to 1.24 for any θm.
 pub(crate) const LINEAR_RISES_TO: f64 = 1.2;
+/// The same with an exit anywhere: θ cos θ itself rises up to here.
+pub(crate) const LINEAR_WITH_EXIT_RISES_TO: f64 = 0.86;
+/// θ2/-θ1 up to which the load of a driven rigid wheel rises at every angle; behind a longer rear contact the shear stress
+/// may pull it in by more than it gains.
+pub(crate) const RISING_EXIT: f64 = 0.5;
 const MAX_STEPS: usize = 200;
 /// Newton's steps alone may creep inside the bracket where a braked wheel's load has a bend; after this many, every other
 /// step halves it, which bounds the count.
@@ -106,9 +113,10 @@ pub(crate) struct Found<P> {
 }
 
 impl<P: Root> Found<P> {
-    /// True where the load grows as that of a wheel far from any fold does.
-    pub(crate) fn grows(&self) -> bool {
-        grows((self.load, self.slope))
+    /// True where the load grows by a power that is usual: far from a fold, and from a load that soil and shear stress nearly
+    /// take from each other.
+    pub(crate) fn is_usual(&self) -> bool {
+        grows((self.load, self.slope)) && !(self.load * USUAL).any_lt(self.slope)
     }
 }
 
@@ -149,7 +157,9 @@ impl<P: Root> Search<P> {
         // The iteration may end on its bracket instead, where no angle carries the load.
         let left = (root.load - self.load).abs();
         let balances = !(root.slope * (2.0 * self.tolerance)).any_lt(left);
-        balances && root.grows() && GLANCES.iter().all(|share| grows(load_at(angle * *share)))
+        balances
+            && grows((root.load, root.slope))
+            && GLANCES.iter().all(|share| grows(load_at(angle * *share)))
     }
 
     /// The root that a sinking wheel reaches first, where the load may fall again as it sinks.
@@ -293,6 +303,9 @@ const FLAT: f64 = 0.25;
 const GLANCES: [f64; 3] = [0.2, 0.5, 0.8];
 /// d ln W / d ln θ1 from which it is: on its way to a fold the load grows more and more slowly over tens of degrees.
 const SOUND: f64 = 0.8;
+
+/// d ln W / d ln θ1 above any that a soil without shear stress has: 1 + 2 n.
+const USUAL: f64 = 8.0;
 
 /// True where a load, given with its slope in ln θ1, is above zero and grows well.
 fn grows<P: Root>((w, slope): (P, P)) -> bool {

@@ -85,6 +85,25 @@ fn a_bend_in_the_load_curve_does_not_stall_the_root() {
     assert!((carried(&p, slip, entry) - load).abs() < 1e-9 * load);
 }
 
+/// Found by `braking_balances_too` at 1e4 cases: the load comes from -755 N through zero near 88 degrees, where it grows by a
+/// power of ten thousand.
+#[test]
+fn a_load_on_its_way_through_zero_is_balanced_too() {
+    let p = [
+        0.0,
+        103_256.948_474_569_52,
+        0.721_633_224_884_858_6,
+        49_090.686_714_785_814,
+        0.694_754_734_400_361,
+        0.012_892_736_339_961_824,
+        0.02,
+        0.0,
+    ];
+    let (slip, load) = (-0.798_546_789_097_085_9, 1.180_880_006_228_562_7);
+    let entry = solve(&p, slip, load).unwrap().angles.unwrap().entry;
+    assert!((carried(&p, slip, entry) - load).abs() < 1e-9 * load);
+}
+
 /// Cohesive and nearly without stiffness: a braked wheel is pulled in at every depth, and the most it is carried by is
 /// nothing.
 #[test]

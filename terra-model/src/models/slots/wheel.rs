@@ -13,7 +13,7 @@ use crate::error::ModelError;
 use crate::forces::StressPoint;
 use crate::param::Param;
 use crate::real::{Real, Root, is_plain};
-use crate::root::{LINEAR_RISES_TO, MAX_ENTRY_ANGLE};
+use crate::root::{LINEAR_RISES_TO, LINEAR_WITH_EXIT_RISES_TO, MAX_ENTRY_ANGLE, RISING_EXIT};
 
 /// The wheels by name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -362,7 +362,11 @@ impl<T: Real> Wheel<T> {
         match &self.shape {
             Shape::Column(_) => MAX_ENTRY_ANGLE,
             Shape::Rim(_) | Shape::Linear(_) if self.soil().strength.falls() => 0.0,
+            Shape::Rim(w) if w.exit_ratio.primal().max_lane() > RISING_EXIT => 0.0,
             Shape::Rim(_) => MAX_ENTRY_ANGLE,
+            Shape::Linear(w) if w.exit_ratio.primal().abs().max_lane() > 0.0 => {
+                LINEAR_WITH_EXIT_RISES_TO
+            }
             Shape::Linear(_) => LINEAR_RISES_TO,
         }
     }

@@ -62,6 +62,7 @@ struct Pass<'a, 'b> {
     tier: Tier,
     out: &'a mut BatchForces,
     alone: Vec<usize>,
+    ln_radius: f64,
 }
 
 impl<'a, 'b> Pass<'a, 'b> {
@@ -71,6 +72,7 @@ impl<'a, 'b> Pass<'a, 'b> {
             tier,
             out,
             alone: vec![],
+            ln_radius: batch.radius.ln(),
         }
     }
 
@@ -80,11 +82,13 @@ impl<'a, 'b> Pass<'a, 'b> {
         for first in (0..batch.len()).step_by(V::WIDTH) {
             let count = V::WIDTH.min(batch.len() - first);
             // The last item fills the lanes that are left over.
-            let group = Group::read(batch, |values| match values.get(first..first + V::WIDTH) {
-                Some(full) => V::gather(full.iter().copied()),
-                None => {
-                    let item = |lane: usize| first + lane.min(count - 1);
-                    V::gather((0..V::WIDTH).map(|lane| value(values, item(lane))))
+            let group = Group::read(batch, self.ln_radius, |values| {
+                match values.get(first..first + V::WIDTH) {
+                    Some(full) => V::gather(full.iter().copied()),
+                    None => {
+                        let item = |lane: usize| first + lane.min(count - 1);
+                        V::gather((0..V::WIDTH).map(|lane| value(values, item(lane))))
+                    }
                 }
             });
             let found = group.solve::<FINE>(group.start(), &self.tier);
@@ -102,7 +106,7 @@ impl<'a, 'b> Pass<'a, 'b> {
         for together in items.chunks(V::WIDTH) {
             let of = |lane: usize| together[lane.min(together.len() - 1)];
             let items: [usize; WIDEST] = std::array::from_fn(|lane| of(lane).0);
-            let group = Group::read(batch, |values| match values {
+            let group = Group::read(batch, self.ln_radius, |values| match values {
                 [shared] => V::from(*shared),
                 _ => V::gather(items.iter().map(|&item| value(values, item))),
             });
@@ -172,6 +176,7 @@ struct Group<V> {
     /// W/(R b).
     load: V,
     radius: f64,
+    ln_radius: f64,
     width: f64,
     /// 1 where all values are legal and the wheel is driven.
     legal: V,
@@ -187,7 +192,7 @@ struct Found<V> {
 impl<V: Vector + Root<Nodes = V>> Group<V> {
     /// The contacts that `pick` takes from a column.
     #[inline]
-    fn read(batch: &Batch<'_>, pick: impl Fn(&[f64]) -> V) -> Self {
+    fn read(batch: &Batch<'_>, ln_radius: f64, pick: impl Fn(&[f64]) -> V) -> Self {
         let (zero, one) = (V::zero(), V::one());
         let parameter = |k: usize| batch.parameters.get(k).map_or(zero, |p| pick(p));
         let (slip, load) = (pick(batch.slip), pick(batch.normal_load));
@@ -219,12 +224,13 @@ impl<V: Vector + Root<Nodes = V>> Group<V> {
         require(-V::from(f64::from(f32::MIN_POSITIVE)), slip);
         require(slip, V::from(1.0 + 1e-9));
         require(zero, load);
-        let scale = ground.stiffness * (ground.exponent * batch.radius.ln()).exp_fast();
+        let scale = ground.stiffness * (ground.exponent * ln_radius).exp_fast();
         Group {
             wheel,
             stress: wheel.stress_of(scale),
             load: load * (1.0 / (batch.radius * batch.width)),
             radius: batch.radius,
+            ln_radius,
             width: batch.width,
             legal,
         }
@@ -238,7 +244,7 @@ impl<V: Vector + Root<Nodes = V>> Group<V> {
         let n = ground.exponent;
         let shape = (V::from(3.0) - n).max_of(V::from(0.5)) * ((2.0 / radius).sqrt() / 3.0);
         let ln_z = (self.load / (ground.stiffness * shape)).ln_fast() / (n + 0.5);
-        let guess = ((ln_z + (2.0 / radius).ln()) * 0.5).exp_fast();
+        let guess = ((ln_z + (std::f64::consts::LN_2 - self.ln_radius)) * 0.5).exp_fast();
         let first = Integrator::<V, 2>::new(&self.wheel, self.stress);
         let second = Integrator::<V, 3>::new(&self.wheel, self.stress);
         let entry = guess.min_of(Self::top());

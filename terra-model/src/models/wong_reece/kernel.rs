@@ -79,6 +79,7 @@ pub(super) struct Point<V> {
 }
 
 impl<V: Vector> Stress<V> {
+    #[inline(always)]
     pub(super) fn at(&self, entry: V) -> Angle<V> {
         let (defect, versine) = entry.sine_defects();
         Angle {

@@ -25,7 +25,7 @@ const STEEP: f64 = 6.0;
 const FIRST_PIECE: f64 = 4.0;
 /// How exactly the end of a piece is placed, as a share of θ1: E's second derivative jumps there, which leaves the cube of
 /// that, and the step that ends the search is squared once more.
-const PLACED: f64 = 1e-4;
+const PLACED: f64 = 1e-5;
 /// A piece shorter than this share of a branch holds less than rounding.
 const NEGLIGIBLE: f64 = 1e-9;
 

@@ -11,13 +11,13 @@ use super::wheel::{Integrals, Wheel};
 use crate::contact::Contact;
 use crate::error::ModelError;
 use crate::real::{Real, Root, is_plain};
-use crate::root::{MAX_ENTRY_ANGLE, Search, entry_angle, rises_to};
+use crate::root::{Search, entry_angle, rises_to};
 
 /// Relative step of the entry angle at which the short rule has done its part: the next one is of the size of its error.
 const HANDOVER: f64 = 1e-3;
 /// The same for the rule that counts. The step that follows squares it.
 const DRIVING: f64 = 3e-7;
-/// A braked wheel's load has bends: what the last step squares is multiplied by more.
+/// A braked wheel's load has bends: where they show, what the last step squares is multiplied by more.
 const BRAKING: f64 = 1e-8;
 /// Largest difference of ln θ1 between two rules that mean the same root.
 const SAME_ROOT: f64 = 0.02;
@@ -36,23 +36,23 @@ pub(super) fn load<P: Root, const ORDER: usize>(wheel: &Wheel<P>, entry: P) -> P
 /// An entry angle and the sums there.
 type Evaluated<P> = (P, Sums<<P as Root>::Nodes>);
 
-/// The entry angle, the integrals there, and the rule that gave them.
-type Balanced<'w, P, const ORDER: usize> = (P, Integrals<P>, Integrator<'w, P, ORDER>);
-
 /// Iterates in the primal with a rule of `FINE` nodes after one of `COARSE`, from ln θ1 of a nearby contact where there is
 /// one.
-fn iterate<P: Root, const COARSE: usize, const FINE: usize>(
+///
+/// `then` gets the entry angle, the integrals there, and the rule that gave them, which is too large to be handed on.
+fn iterate<P: Root, const COARSE: usize, const FINE: usize, R>(
     primal: &Wheel<P>,
     load: P,
     slip: P,
     warm: Option<P>,
-) -> Result<Balanced<'_, P, FINE>, ModelError> {
+    then: impl FnOnce(P, Integrals<P>, &Integrator<'_, P, FINE>) -> R,
+) -> Result<R, ModelError> {
     let area = primal.radius * primal.width;
     let stress = primal.stress();
     let mut search = Search {
         load,
         slip,
-        rises_to: rises_to(slip, MAX_ENTRY_ANGLE),
+        rises_to: rises_to(slip, primal.rises_to()),
         tolerance: HANDOVER,
         feasible: false,
     };
@@ -75,7 +75,7 @@ fn iterate<P: Root, const COARSE: usize, const FINE: usize>(
     if let Ok(near) = near {
         start = near.ln_angle + (load - near.load) / near.slope;
         search.feasible = true;
-        if near.grows() {
+        if near.is_usual() {
             search.tolerance = DRIVING;
         }
     }
@@ -107,7 +107,8 @@ fn iterate<P: Root, const COARSE: usize, const FINE: usize>(
     };
     let (value, slopes) = sums.integrals(root);
     let step = (load / area - value.load) / slopes.load;
-    Ok((root + root * step, value.moved(&slopes, step), fine))
+    let (root, integrals) = (root + root * step, value.moved(&slopes, step));
+    Ok(then(root, integrals, &fine))
 }
 
 /// Solves in any scalar: one pass in the primal, and the partial derivatives there.
@@ -118,13 +119,13 @@ pub(super) fn balance<T: Real, const COARSE: usize, const FINE: usize>(
 ) -> Result<(T, Integrals<T>), ModelError> {
     let primal = wheel.map(T::primal);
     let (load, slip) = (at.normal_load.primal(), at.slip.primal());
-    let (entry, integrals, fine) = iterate::<T::Primal, COARSE, FINE>(&primal, load, slip, warm)?;
-    if is_plain::<T>() {
-        return Ok((T::from_primal(entry), integrals.map(T::from_primal)));
-    }
-    let partials = fine.partials(entry);
-    let carried = at.normal_load / (wheel.radius * wheel.width);
-    Ok(partials.balanced(wheel, entry, carried))
+    iterate::<T::Primal, COARSE, FINE, _>(&primal, load, slip, warm, |entry, integrals, fine| {
+        if is_plain::<T>() {
+            return (T::from_primal(entry), integrals.map(T::from_primal));
+        }
+        let carried = at.normal_load / (wheel.radius * wheel.width);
+        fine.partials(entry).balanced(wheel, entry, carried)
+    })
 }
 
 /// The entry angle, the integrals there and their partial derivatives.
@@ -132,10 +133,10 @@ pub(super) fn partials<const COARSE: usize, const FINE: usize>(
     wheel: &Wheel<f64>,
     at: &Contact<f64>,
 ) -> Result<(f64, Integrals<f64>, Partials<f64>), ModelError> {
-    let (entry, integrals, fine) =
-        iterate::<f64, COARSE, FINE>(wheel, at.normal_load, at.slip, None)?;
-    let partials = fine.partials(entry);
-    Ok((entry, integrals, partials))
+    let (load, slip) = (at.normal_load, at.slip);
+    iterate::<f64, COARSE, FINE, _>(wheel, load, slip, None, |entry, integrals, fine| {
+        (entry, integrals, fine.partials(entry))
+    })
 }
 
 /// Solves node by node in the scalar itself: sideways slip.
@@ -152,7 +153,7 @@ pub(super) fn rare<T: Real>(
     let tangent: Wheel<Tangent<T>> = primal.map(Tangent::<T>::from_primal);
     let last = Cell::new(None);
     let slip = at.slip.primal();
-    let rises_to = rises_to(slip, MAX_ENTRY_ANGLE);
+    let rises_to = rises_to(slip, primal.rises_to());
     let found = entry_angle(load, guess, slip, rises_to, |angle| {
         let integrals = tangent.integrals(angle);
         last.set(Some(integrals));

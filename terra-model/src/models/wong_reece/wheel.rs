@@ -8,6 +8,7 @@ use crate::forces::StressPoint;
 use crate::models::bekker::Ground;
 use crate::quadrature::{sinc, t_minus_sin};
 use crate::real::{Real, Root, is_plain};
+use crate::root::{MAX_ENTRY_ANGLE, RISING_EXIT};
 
 /// Everything but the entry angle, ready for integration.
 #[derive(Clone, Copy)]
@@ -112,6 +113,16 @@ impl<T: Real> Wheel<T> {
                 .map(|(depth, stiffness)| (f(depth), f(stiffness))),
             lateral: self.lateral.map(f),
             braking: self.braking,
+        }
+    }
+
+    /// The angle up to which the load of the driven wheel rises with its sinkage.
+    #[inline]
+    pub(super) fn rises_to(&self) -> f64 {
+        if self.exit_ratio.primal().max_lane() > RISING_EXIT {
+            0.0
+        } else {
+            MAX_ENTRY_ANGLE
         }
     }
 

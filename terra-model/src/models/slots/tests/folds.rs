@@ -1,6 +1,7 @@
 //! Braked wheels that the soil gives way under: where the load falls as the wheel sinks.
 
 use super::*;
+use crate::root::RISING_EXIT;
 
 /// Loads at entry angles of a fine grid up to 90°, and the place of the first that is positive and more than the next.
 fn loads(wheel: &Wheel<f64>) -> (Vec<f64>, Option<usize>) {
@@ -147,4 +148,116 @@ fn the_plain_wheel_finds_the_same_end_of_its_balance() {
         }
     }
     assert!(folds >= 2, "{folds}");
+}
+
+/// Parameters of a wheel with linear stresses and next to no shear.
+fn early(name: &str, n: f64, c1: f64, exit: f64) -> Vec<f64> {
+    let model = composed(name);
+    let value = |p: &Param| match p.name {
+        "k_c" | "slip_exponent" | "c2" | "lug_reach" => 0.0,
+        "k_phi" => 1e5,
+        "sinkage_exponent" => n,
+        "cohesion" => 0.0,
+        "friction_angle" => 0.05,
+        "shear_modulus" => 0.02,
+        "c1" => c1,
+        "c3" => exit,
+        other => panic!("{other}"),
+    };
+    model.params().iter().map(value).collect()
+}
+
+/// Linear stresses have no theorem about a load that rises: towards 90° A falls, by d ln A/d ln θ1 = -.66 at 85° with the apex
+/// near the entry, against n (1 + θ1 cot θ1) = 1.13 n of σm. So with little shear the most is carried before 90° for n below .6.
+#[test]
+fn a_driven_wheel_with_linear_stresses_ends_where_its_load_falls() {
+    let mut folds = 0;
+    let names = [
+        "linear-stress:bekker:janosi-hanamoto",
+        "ding-closed:slip-exponent:janosi-hanamoto",
+    ];
+    for name in names {
+        let exits: &[f64] = if name.starts_with("ding") {
+            &[-0.4, 0.0, 0.4]
+        } else {
+            &[0.0]
+        };
+        for n in [0.1, 0.3, 0.5] {
+            for c1 in [0.6, 0.9, 0.97] {
+                for exit in exits {
+                    let p = early(name, n, c1, *exit);
+                    for slip in [0.0, 0.3, 1.0] {
+                        folds += agrees_with_a_scan(name, &p, slip);
+                    }
+                }
+            }
+        }
+        let p = early(name, 0.3, 0.97, 0.0);
+        assert_eq!(agrees_with_a_scan(name, &p, 0.3), 1, "{name}");
+        let p = early(name, 1.5, 0.9, 0.0);
+        assert_eq!(agrees_with_a_scan(name, &p, 0.3), 0, "{name}");
+    }
+    assert!(folds > 10, "{folds}");
+}
+
+/// The same for the model without slots.
+#[test]
+fn linear_stress_itself_ends_where_its_load_falls() {
+    let slotted = composed("linear-stress:bekker:janosi-hanamoto");
+    let plain = plain("linear-stress");
+    for slip in [0.1, 0.6] {
+        let p = early("linear-stress:bekker:janosi-hanamoto", 0.3, 0.97, 0.0);
+        let (loads, end) = loads(&slotted.wheel(&p, &at(slip, 1.0)).unwrap());
+        let end = end.unwrap();
+        assert!((1539..1760).contains(&end), "77 to 88 degrees: {end}");
+        let most = loads[end];
+        let f = plain.forces(&p, &at(slip, 0.999 * most)).unwrap();
+        let entry = f.angles.unwrap().entry.to_degrees();
+        assert!(entry < (end + 1) as f64 * 0.05, "{entry}");
+        assert!(
+            matches!(plain.forces(&p, &at(slip, 1.001 * most)), Err(ModelError::NoEquilibrium { max_load, .. })
+                if (max_load / most - 1.0).abs() < 1e-5)
+        );
+    }
+}
+
+/// A rear contact longer than half the entry angle: the load of a driven wheel may fall too, and a fine scan says where. With
+/// E = j/K, c ∫ E sin θ dθ goes with 1/6 - e²/2 - e³/3 for θ2 = -e θ1, which is zero at e = 1/2.
+#[test]
+fn a_long_rear_contact_is_searched() {
+    let model = composed("wong-reece:bekker:janosi-hanamoto");
+    let (mut folds, mut compared) = (0, 0);
+    for exit in [0.2, 0.5, 0.6, 0.8, 0.9] {
+        for n in [0.3, 0.6, 0.9] {
+            for (k, c1) in [(1e4, 0.3), (1e5, 0.05), (1e5, 0.6)] {
+                for slip in [0.05, 0.2, 1.0] {
+                    let p = [0.0, k, n, 1e5, 0.0, 0.05, c1, 0.0];
+                    let mut contact = at(slip, 1.0);
+                    contact.hooks.exit_ratio = exit;
+                    let (loads, first) = loads(&model.wheel(&p, &contact).unwrap());
+                    folds += usize::from(first.is_some());
+                    let place = format!("{exit} {n} {k} {c1} {slip} {first:?}");
+                    assert!(first.is_none() || exit > RISING_EXIT, "{place}");
+                    let most = loads[first.unwrap_or(loads.len() - 1)];
+                    let deeper = loads.iter().copied().fold(0.0, f64::max);
+                    if most <= 0.02 * deeper {
+                        continue;
+                    }
+                    contact.normal_load = 0.9 * most;
+                    let reached = loads.iter().position(|w| *w >= 0.9 * most).unwrap();
+                    let found = [
+                        ModelAt::wheel_forces_at(&model, &p, &contact),
+                        plain("wong-reece").forces(&p, &contact),
+                    ];
+                    for forces in found {
+                        let entry = forces.expect(&place).angles.unwrap().entry.to_degrees();
+                        let off = entry - (reached + 1) as f64 * 0.05;
+                        assert!(off.abs() <= 0.0501, "{entry} {off}: {place}");
+                        compared += 1;
+                    }
+                }
+            }
+        }
+    }
+    assert!(folds > 5 && compared > 150, "{folds} {compared}");
 }
