@@ -198,10 +198,7 @@ impl Told {
 pub fn reason(figure: &Figure) -> Option<&'static str> {
     match (figure.table, figure.case.as_str()) {
         ("switch", "side-sum" | "side-sum, not prewhitened") => Some(
-            "a force filter needs .05 to .2 s to believe a change, and two stiff soils then differ little; `imm` does not wait",
-        ),
-        ("perturbed", "dry_sand") => Some(
-            "a copy whose cohesion and friction drew low pulls like another sandy soil, which is then the nearest of the set",
+            "a force filter needs .03 to .2 s to believe a change of force; `imm` does not wait",
         ),
         _ => None,
     }
