@@ -32,6 +32,23 @@ pub struct Log {
     raw: Vec<DVector<f64>>,
 }
 
+/// The step as every textbook writes it: x = A x, P = A P Aᵀ + Q, z = C x + noise of R, and the samples.
+#[derive(Clone, Debug)]
+pub struct Textbook {
+    /// A (18 x 18).
+    pub a: DMatrix<f64>,
+    /// Q (18 x 18).
+    pub q: DMatrix<f64>,
+    /// C (7 x 18).
+    pub c: DMatrix<f64>,
+    /// R (7 x 7).
+    pub r: DMatrix<f64>,
+    /// Where it starts.
+    pub prior: Gaussian,
+    /// z (7) of each sample.
+    pub samples: Vec<DVector<f64>>,
+}
+
 /// A value in (-1, 1) without pattern, the same on every machine.
 fn scatter(k: usize, channel: usize) -> f64 {
     let t = (k * 7 + channel + 1) as f64 * 0.618_033_988_749_894_9;
@@ -71,6 +88,35 @@ impl Log {
             inputs,
             samples,
             raw,
+        })
+    }
+
+    /// The same readings without torques: the problem of filters that know no input.
+    ///
+    /// # Errors
+    /// [`BenchError::Filter`].
+    pub fn without_inputs() -> Result<Self, BenchError> {
+        let mut log = Self::new()?;
+        for u in &mut log.inputs {
+            u.fill(0.0);
+        }
+        Ok(log)
+    }
+
+    /// The matrices of one step, for a filter that is not ours.
+    ///
+    /// # Errors
+    /// [`BenchError::Filter`].
+    pub fn textbook(&self) -> Result<Textbook, BenchError> {
+        let (rate, c) = self.space.system_matrices()?;
+        let d = discretise(&rate, &self.space.process_noise(), DT)?;
+        Ok(Textbook {
+            a: d.a,
+            q: d.q,
+            c,
+            r: self.space.measurement_noise(),
+            prior: self.space.prior(),
+            samples: self.raw.clone(),
         })
     }
 

@@ -129,7 +129,8 @@ impl Watch {
             config.gate
         };
         if e.abs() <= gate {
-            if self.rejected_for[channel].is_some_and(|time| time >= SUSPECT_AFTER) {
+            let long = self.rejected_for[channel].is_some_and(|time| time >= SUSPECT_AFTER);
+            if long && self.age >= SETTLED {
                 self.trusted_for[channel] = 0.0;
             }
             self.rejected_for[channel] = None;

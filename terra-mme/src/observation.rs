@@ -122,16 +122,14 @@ impl ForceObservation {
         if m == 0 || w == 0 {
             return fail("it holds no force or no wheel");
         }
-        let numbers = self
-            .forces
-            .iter()
-            .chain(self.map.iter())
-            .chain(self.covariance.iter());
-        let contacts = self
-            .contacts
-            .iter()
-            .flat_map(|c| [c.slip, c.normal_load, c.radius, c.width]);
-        if !self.time.is_finite() || !numbers.copied().chain(contacts).all(f64::is_finite) {
+        let contacts = self.contacts.iter();
+        let known = finite(self.forces.as_slice())
+            && finite(self.map.as_slice())
+            && finite(self.covariance.as_slice())
+            && contacts
+                .map(|c| [c.slip, c.normal_load, c.radius, c.width])
+                .all(|c| finite(&c));
+        if !self.time.is_finite() || !known {
             return fail("a number in it is not finite");
         }
         if self.covariance.diagonal().iter().any(|v| *v < 0.0) {
@@ -139,4 +137,10 @@ impl ForceObservation {
         }
         Ok(())
     }
+}
+
+/// Zero times anything finite is zero; times anything else it is not a number. Without branches, as it is asked of every
+/// number of every sample.
+fn finite(x: &[f64]) -> bool {
+    x.iter().map(|v| v * 0.0).sum::<f64>() == 0.0
 }

@@ -95,10 +95,16 @@ impl Clock {
     /// Moves on to the next observation.
     pub(crate) fn advance(&mut self, obs: &ForceObservation) {
         match &mut self.last {
-            Some((group, time, map)) if *map == obs.map => (*group, *time) = (obs.group, obs.time),
+            Some((group, time, map)) if equal(map, &obs.map) => {
+                (*group, *time) = (obs.group, obs.time)
+            }
             _ => self.last = Some((obs.group, obs.time, obs.map.clone())),
         }
     }
+}
+
+fn equal(a: &nalgebra::DMatrix<f64>, b: &nalgebra::DMatrix<f64>) -> bool {
+    a.shape() == b.shape() && a.as_slice() == b.as_slice()
 }
 
 fn correlation(
@@ -116,8 +122,8 @@ fn correlation(
             previous: time,
         });
     }
-    let same = *map == obs.map;
-    Ok(whitening.filter(|_| same).map_or(0.0, |w| w.over(dt)))
+    let same = |_: &Prewhitening| equal(map, &obs.map);
+    Ok(whitening.filter(same).map_or(0.0, |w| w.over(dt)))
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@ pub mod faults;
 mod reproduction;
 pub(crate) mod targets;
 
-pub use reproduction::{Figure, reproduction};
+pub use reproduction::{Asked, Figure, reason, reproduction};
 
 use rayon::prelude::*;
 use serde::Serialize;

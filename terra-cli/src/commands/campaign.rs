@@ -5,7 +5,7 @@ use std::path::Path;
 use serde_json::json;
 
 use crate::campaign::faults::faults;
-use crate::campaign::{LOOK_AT, Rate, ramps, reproduction};
+use crate::campaign::{Asked, Figure, LOOK_AT, Rate, ramps, reason, reproduction};
 use crate::error::CliError;
 use crate::output::{self, table};
 use crate::progress::Spinner;
@@ -126,6 +126,16 @@ pub(crate) fn run_reproduction(
                 (Some(lo), Some(hi)) => format!("[{lo:.3}, {hi:.3}]"),
                 _ => "-".to_owned(),
             };
+            let asked = f.asked.map_or(String::new(), |a| match a {
+                Asked::AtLeast(x) => format!(">= {x:.3}"),
+                Asked::AtMost(x) => format!("<= {x:.3}"),
+            });
+            let met = match f.met() {
+                None => "",
+                Some(true) => "yes",
+                Some(false) if f.within_chance() => "by chance no",
+                Some(false) => "NO",
+            };
             vec![
                 f.table.to_owned(),
                 f.case.clone(),
@@ -134,9 +144,40 @@ pub(crate) fn run_reproduction(
                 interval,
                 f.n.to_string(),
                 number(f.published),
+                asked,
+                met.to_owned(),
             ]
         })
         .collect();
-    let header = ["table", "case", "figure", "found", "95 %", "n", "published"];
-    output::stdout(&table(&header, &body))
+    let header = [
+        "table",
+        "case",
+        "figure",
+        "found",
+        "95 %",
+        "n",
+        "published",
+        "asked",
+        "met",
+    ];
+    output::stdout(&table(&header, &body))?;
+    let missed: Vec<&Figure> = figures.iter().filter(|f| f.met() == Some(false)).collect();
+    let asked = figures.iter().filter(|f| f.met().is_some()).count();
+    let mut text = format!("\n{} of {asked} bounds are met.\n", asked - missed.len());
+    for f in missed {
+        let chance = if f.within_chance() {
+            "; the bound lies within the interval"
+        } else {
+            ""
+        };
+        let why = reason(f).map_or(String::new(), |why| format!("; {why}"));
+        text += &format!(
+            "missed: {}, {}, {}: {}{chance}{why}\n",
+            f.table,
+            f.case,
+            f.figure,
+            number(f.value)
+        );
+    }
+    output::stdout(&text)
 }

@@ -46,9 +46,10 @@ fn run(torque: &[Option<f64>], z: &Channels, filter: &str) -> Vec<Step> {
         filter: filter.to_owned(),
         ..ForceConfig::new(LongitudinalRobot::light().unwrap())
     };
+    let rows = 0..ROWS;
     let log = RobotLog {
         time: &time,
-        segments: &[0..ROWS],
+        segments: &[rows],
         torque: [torque; 4],
         channels: z.each_ref().map(Vec::as_slice),
         pitch: &[],

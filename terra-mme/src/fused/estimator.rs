@@ -203,11 +203,12 @@ impl FusedModel {
             time: obs.time,
         })?;
         (out.rows, out.forces, out.rho) = (m, 0, rho as f32);
-        for row in 0..m {
-            out.observed[row] = obs.forces[row] as f32;
-            for column in 0..=row {
-                out.whiten[row][column] = inverse[row][column] as f32;
-            }
+        for (to, from) in out.observed.iter_mut().zip(obs.forces.iter()) {
+            *to = *from as f32;
+        }
+        let entries = inverse.as_flattened().iter();
+        for (to, from) in out.whiten.as_flattened_mut().iter_mut().zip(entries) {
+            *to = *from as f32;
         }
         let wheels = obs.contacts.iter().zip(&stencils).zip(&mut out.nodes);
         for (k, ((at, stencil), nodes)) in wheels.enumerate() {

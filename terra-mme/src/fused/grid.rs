@@ -48,12 +48,11 @@ impl Stencil {
     /// Places and weights of all nodes.
     pub(super) fn nodes(&self, out: &mut Nodes) {
         let ([slip, load], [along, across]) = (self.weight, self.step);
-        for a in 0..4 {
-            for b in 0..4 {
-                let n = 4 * a + b;
-                out.at[n] = self.first + a * along + b * across;
-                out.weight[n] = (slip[a] * load[b]) as f32;
-            }
+        let nodes = out.at.iter_mut().zip(&mut out.weight);
+        for (n, (at, weight)) in nodes.enumerate() {
+            let (a, b) = (n / 4, n % 4);
+            *at = self.first + a * along + b * across;
+            *weight = (slip[a] * load[b]) as f32;
         }
     }
 

@@ -34,27 +34,40 @@ impl<'a> Shared<'a> {
 
     /// S, lower triangle.
     pub(super) fn covariance(&self) -> [[f64; ROWS]; ROWS] {
-        let c = &self.obs.covariance;
-        let (m, inputs) = (self.obs.forces.len(), 2 * self.obs.contacts.len());
+        let (m, wheels) = (self.obs.forces.len(), self.obs.contacts.len());
+        let columns = self.obs.covariance.as_slice().chunks_exact(m + 2 * wheels);
+        // H C, a row of the observation after the other.
+        let mut left = [[0.0; ROWS + INPUTS]; ROWS];
+        for (k, column) in columns.enumerate() {
+            let (above, below) = column.split_at(m);
+            let mut inputs = [0.0; INPUTS];
+            for (input, c) in inputs.iter_mut().zip(below) {
+                *input = *c;
+            }
+            for ((left, g), c) in left.iter_mut().zip(&self.g).zip(above) {
+                left[k] = dot(g, &inputs) - c;
+            }
+        }
         let mut s = [[0.0; ROWS]; ROWS];
-        for (i, (g, s)) in self.g.iter().zip(&mut s).enumerate().take(m) {
-            // Row i of H C.
-            let mut left = [0.0; ROWS + INPUTS];
-            for (k, (left, column)) in left.iter_mut().zip(c.column_iter()).enumerate() {
-                // Of the forces only those up to i are needed.
-                if k > i && k < m {
-                    continue;
-                }
-                let below = column.iter().skip(m);
-                *left = g.iter().zip(below).map(|(g, c)| g * c).sum::<f64>() - column[i];
+        for (i, (left, s)) in left.iter().zip(&mut s).enumerate().take(m) {
+            let mut inputs = [0.0; INPUTS];
+            for (input, l) in inputs.iter_mut().zip(&left[m..]).take(2 * wheels) {
+                *input = *l;
             }
             for (j, (s, g)) in s.iter_mut().zip(&self.g).enumerate().take(i + 1) {
-                let right = left.iter().skip(m).take(inputs);
-                *s = right.zip(g).map(|(l, g)| l * g).sum::<f64>() - left[j];
+                *s = dot(g, &inputs) - left[j];
             }
         }
         s
     }
+}
+
+fn dot(a: &[f64; INPUTS], b: &[f64; INPUTS]) -> f64 {
+    let mut sum = 0.0;
+    for (a, b) in a.iter().zip(b) {
+        sum += a * b;
+    }
+    sum
 }
 
 /// L⁻¹ of the first m rows of `scale` S, lower triangle, and ln N(0; 0, scale S); `None` when it is not positive definite.

@@ -5,7 +5,7 @@ use terra_data::{DriveLog, Series};
 use terra_mme::Choice;
 use terra_sim::{StartMotion, paper, simulate_drive};
 
-use super::{Bench, Figure, Told, number, rate};
+use super::{Asked, Bench, Figure, Told, number, rate};
 use crate::error::CliError;
 use crate::identify::IdentifyOptions;
 
@@ -112,40 +112,41 @@ pub(super) fn switch(bench: &Bench) -> Result<Vec<Figure>, CliError> {
             schemes.iter().map(|(_, options)| one(options)).collect()
         })
         .collect();
+    // Firm clay pulls little, so that its samples say little: it has a bound of its own.
+    let into = [
+        ("", 10.0, None),
+        (", into stiff clay", 25.0, Some(true)),
+        (", into other soils", 10.0, Some(false)),
+    ];
     for (s, (name, _)) in schemes.iter().enumerate() {
-        let told: Vec<Option<usize>> = delays.iter().filter_map(|d| d[s]).collect();
-        let mut found: Vec<usize> = told.iter().flatten().copied().collect();
-        found.sort_unstable();
-        let n = told.len();
-        let quantile = |q: f64| {
-            found
-                .get(((found.len() as f64 * q) as usize).min(found.len().saturating_sub(1)))
-                .map(|d| *d as f64)
-        };
-        out.push(number(
-            "switch",
-            name,
-            "median delay (samples)",
-            quantile(0.5),
-            n,
-            Some(10.0),
-        ));
-        out.push(number(
-            "switch",
-            name,
-            "p90 delay (samples)",
-            quantile(0.9),
-            n,
-            Some(30.0),
-        ));
-        out.push(rate(
-            "switch",
-            name,
-            "right at end".to_owned(),
-            found.len(),
-            n,
-            Some(1.0),
-        ));
+        for (where_to, most, stiff) in into {
+            let wanted = cases
+                .iter()
+                .zip(&delays)
+                .filter(|((to, ..), _)| stiff.is_none_or(|stiff| (*to == "lean_clay_22") == stiff));
+            let told: Vec<Option<usize>> = wanted.filter_map(|(_, d)| d[s]).collect();
+            let mut found: Vec<usize> = told.iter().flatten().copied().collect();
+            found.sort_unstable();
+            let n = told.len();
+            let quantile = |q: f64| {
+                let place = (found.len() as f64 * q) as usize;
+                let place = place.min(found.len().saturating_sub(1));
+                found.get(place).map(|d| *d as f64)
+            };
+            for (what, q, known) in [("median", 0.5, most), ("p90", 0.9, 30.0)] {
+                let figure = format!("{what} delay (samples){where_to}");
+                let asked = stiff.map_or(q > 0.5, |_| q < 0.9);
+                out.push(Figure {
+                    asked: asked.then_some(Asked::AtMost(known)),
+                    ..number("switch", name, &figure, quantile(q), n, Some(known))
+                });
+            }
+            if stiff.is_none() {
+                let right = "right at end".to_owned();
+                let row = rate("switch", name, right, found.len(), n, Some(1.0));
+                out.push(row.asked(Asked::AtLeast(1.0)));
+            }
+        }
     }
     Ok(out)
 }
