@@ -84,7 +84,7 @@ fn learn(marked: &[Marked], seed: u64, out: &Path) -> Result<(), CliError> {
         marked.len()
     );
     let learned = Calibration::learn(&known, &Calibration::frozen_contrast()?, source).to_toml()?;
-    atomic_write(&out.join("calibration.toml"), |w| {
+    atomic_write(out.join("calibration.toml"), |w| {
         std::io::Write::write_all(w, learned.as_bytes())
     })?;
     Ok(())
