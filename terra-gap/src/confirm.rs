@@ -14,7 +14,7 @@ use crate::settings::LogKind;
 use crate::setup::{Screened, Setup};
 use crate::signatures::Asked;
 use crate::starts::{better_of, far_start, start_anew};
-use crate::weigh::{Amplitudes, Weighed, contest, weigh, weigh_at};
+use crate::weigh::{Amplitudes, Weighed, again, contest, weigh, weigh_at};
 
 /// Nats from the best within which a screened effect is confirmed.
 const CONFIRM_WITHIN: f64 = 10.0;
@@ -126,16 +126,33 @@ pub(crate) fn confirm_singles<P: Predictor>(
                         // Another structure was fitted with its own soil already.
                         LogKind::Rig if rank > 0 => vec![near, off],
                         LogKind::Rig => vec![near, off, other],
-                        LogKind::Drive | LogKind::Kinematic => {
-                            vec![before.map_or(near, |(_, w)| w.plain.x.as_slice().to_vec())]
+                        LogKind::Kinematic => vec![near],
+                        LogKind::Drive => {
+                            // Far from the tangent's own ground a whole step of it lands anywhere: the descent takes as
+                            // much of it as helps.
+                            vec![before.map_or(off, |(_, w)| w.plain.x.as_slice().to_vec())]
                         }
                     };
                     let guess = (setup.kind == LogKind::Drive && before.is_none())
                         .then(|| screen[k].score.beside(&null_weighed.plain.jacobian));
+                    let effort = if before.is_some() {
+                        again(setup.kind)
+                    } else {
+                        effort
+                    };
                     let found = weigh(data, predictor, &h, levels, &starts, guess, effort).ok()?;
                     let far = far_start(&**effect, &found, setup.kind);
                     Some(better_of(found, far, |start| {
-                        weigh(data, predictor, &h, levels, &[start], None, effort).ok()
+                        weigh(
+                            data,
+                            predictor,
+                            &h,
+                            levels,
+                            &[start],
+                            None,
+                            contest(setup.kind),
+                        )
+                        .ok()
                     }))
                 })
                 .collect();

@@ -1,41 +1,15 @@
-//! The fit of one hypothesis: Levenberg-Marquardt on whitened residuals plus prior, inside bounds.
-//!
-//! # Equation
-//! x = argmin |r(x)|² + |x|², r = L^-1 (y - f(x)), J = -dr/dx exact. The certificate is the projected gradient.
+//! The fit of one hypothesis: whitened residuals plus prior, r = L^-1 (y - f(x)), J = -dr/dx exact, down to their least.
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use terra_model::{Dual8, Dual16, jacobian, wide_jacobian};
 
 use crate::dataset::{DataSet, Predictor, Stacked};
+pub(crate) use crate::descent::Effort;
+use crate::descent::{End, Residuals, descend};
 use crate::error::GapError;
 use crate::hypothesis::Hypothesis;
 use crate::noise::Whitener;
-
-const MAX_STEPS: usize = 80;
-/// Predicted decrease of |r|² + |x|² below which a fit has converged: far below the one unit that matters.
-const CERTIFICATE: f64 = 1e-4;
-/// Misfit per value beyond the noise from which a fit is far from the data.
-const FAR: f64 = 0.3;
-/// Steps over which such a fit must come nearer, and by which share of what is left.
-const NEARER: (usize, f64) = (6, 0.02);
-/// Steps after which a cost is out of reach that so many times the decrease in sight does not bridge.
-const REACH: (usize, f64) = (4, 4.0);
-/// Predicted decrease below which a carried Jacobian ends a fit.
-const CARRIED: f64 = 1e-2;
-
-/// How long a fit goes on.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Effort {
-    /// Until an exact Jacobian certifies the end.
-    Certified,
-    /// The same, unless it stays far from the data and hardly comes nearer: enough to know that it is out of the contest.
-    Contest,
-    /// As a contest, and given up where this cost is out of reach.
-    Below(f64),
-    /// As a contest, but the carried Jacobian may end it: for fits to most of the data from a fit to all of it.
-    Carried,
-}
 
 /// A fitted hypothesis.
 #[derive(Clone, Debug)]
@@ -156,10 +130,30 @@ pub(crate) fn residual<P: Predictor>(
     Ok(DVector::from_vec(each.concat()))
 }
 
+/// A hypothesis against data, whitened.
+struct Whitened<'a, P> {
+    data: &'a DataSet,
+    predictor: &'a P,
+    hypothesis: &'a Hypothesis,
+    whitener: &'a Whitener,
+}
+
+impl<P: Predictor> Residuals for Whitened<'_, P> {
+    fn value(&self, x: &DVector<f64>) -> Result<DVector<f64>, GapError> {
+        let raw = residual(self.data, self.predictor, self.hypothesis, x.as_slice())?;
+        Ok(self.whitener.apply_vector(&raw))
+    }
+
+    fn slopes(&self, x: &DVector<f64>) -> Result<(DVector<f64>, DMatrix<f64>), GapError> {
+        let raw = evaluate(self.data, self.predictor, self.hypothesis, x.as_slice())?;
+        Ok((
+            self.whitener.apply_vector(&raw.residual),
+            self.whitener.apply(&raw.jacobian),
+        ))
+    }
+}
+
 /// Fits a hypothesis from a start, with a guess of the whitened Jacobian there.
-///
-/// An exact Jacobian costs several times what a residual does, so between exact ones it is carried along by Broyden's
-/// update; only an exact one can certify the end.
 ///
 /// # Errors
 /// When the model has no answer at the start; steps into such places are only refused.
@@ -173,129 +167,28 @@ pub(crate) fn fit_near<P: Predictor>(
     effort: Effort,
 ) -> Result<Fit, GapError> {
     let (low, high) = hypothesis.bounds();
-    let d = start.len();
-    let bounded = |x: DVector<f64>| DVector::from_fn(d, |k, _| x[k].clamp(low[k], high[k]));
-    let whiten = |x: &DVector<f64>| -> Result<(DVector<f64>, DMatrix<f64>), GapError> {
-        let s = evaluate(data, predictor, hypothesis, x.as_slice())?;
-        Ok((
-            whitener.apply_vector(&s.residual),
-            whitener.apply(&s.jacobian),
-        ))
+    let problem = Whitened {
+        data,
+        predictor,
+        hypothesis,
+        whitener,
     };
-    let whitened = |x: &DVector<f64>| -> Result<DVector<f64>, GapError> {
-        let raw = residual(data, predictor, hypothesis, x.as_slice())?;
-        Ok(whitener.apply_vector(&raw))
-    };
-    let cost_of = |r: &DVector<f64>, x: &DVector<f64>| r.norm_squared() + x.norm_squared();
-
-    let mut x = bounded(DVector::from_column_slice(start));
-    let guess = guess.filter(|g| g.shape() == (data.len(), d));
-    let mut exact = guess.is_none();
-    let (mut r, mut j) = match guess {
-        Some(j) => (whitened(&x)?, j),
-        None => whiten(&x)?,
-    };
-    let mut cost = cost_of(&r, &x);
-    let mut damping = 1e-3;
-    let mut converged = false;
-    let certified = effort != Effort::Carried;
-    let end = if certified { CERTIFICATE } else { CARRIED };
-    let near = data.len() as f64 * (1.0 + FAR);
-    let mut way = vec![cost];
-    let mut given_up = false;
-    for _ in 0..MAX_STEPS {
-        let (steps, nearer) = NEARER;
-        let before = way.len().checked_sub(steps + 1).and_then(|k| way.get(k));
-        let left_over = cost - data.len() as f64;
-        let stalls = |before: &f64| before - cost < nearer * left_over;
-        if effort != Effort::Certified && cost > near && before.is_some_and(stalls) {
-            given_up = true;
-            break;
-        }
-        // Half the downhill gradient; components pushed against their bound stay where they are.
-        let gradient = j.tr_mul(&r) - &x;
-        let held: Vec<bool> = (0..d)
-            .map(|k| {
-                (x[k] <= low[k] && gradient[k] < 0.0) || (x[k] >= high[k] && gradient[k] > 0.0)
-            })
-            .collect();
-        let free: Vec<usize> = (0..d).filter(|&k| !held[k]).collect();
-        let g = DVector::from_iterator(free.len(), free.iter().map(|&k| gradient[k]));
-        let jf = j.select_columns(&free);
-        let h = jf.tr_mul(&jf) + DMatrix::identity(free.len(), free.len());
-        let newton = h.clone().cholesky().map(|c| c.solve(&g));
-        let left = newton.as_ref().map(|newton| newton.dot(&g));
-        if let Effort::Below(target) = effort
-            && way.len() > REACH.0
-            && cost - REACH.1 * left.unwrap_or(f64::INFINITY) > target
-        {
-            given_up = true;
-            break;
-        }
-        let mut step = None;
-        if left.is_some_and(|left| left >= end) {
-            // A carried Jacobian that finds no step is renewed rather than damped away.
-            for _ in 0..if exact { 30 } else { 4 } {
-                let damped = &h + DMatrix::from_diagonal(&(h.diagonal() * damping));
-                let Some(direction) = damped.cholesky().map(|c| c.solve(&g)) else {
-                    break;
-                };
-                let mut trial = x.clone();
-                for (i, &k) in free.iter().enumerate() {
-                    trial[k] += direction[i];
-                }
-                let trial = bounded(trial);
-                let better = whitened(&trial).ok().filter(|r| {
-                    let c = cost_of(r, &trial);
-                    c.is_finite() && c < cost
-                });
-                if let Some(r) = better {
-                    damping = (damping * 0.2).max(1e-12);
-                    step = Some((trial, r));
-                    break;
-                }
-                damping = (damping * 5.0).min(1e12);
-            }
-        }
-        match step {
-            Some((next, next_r)) => {
-                let moved = &next - &x;
-                let gained = cost - cost_of(&next_r, &next);
-                let slow = gained < 0.25 * left.unwrap_or(0.0);
-                let surprise = (&r - &next_r) - &j * &moved;
-                (x, r) = (next, next_r);
-                cost = cost_of(&r, &x);
-                way.push(cost);
-                if slow && !exact {
-                    (r, j) = whiten(&x)?;
-                    exact = true;
-                } else {
-                    j += surprise * moved.transpose() / moved.norm_squared();
-                    exact = false;
-                }
-            }
-            None if !certified && left.is_some_and(|left| left < end) => break,
-            None if exact => {
-                // Certified, at rounding, or in a corner of the model's domain.
-                converged = left.is_some_and(|left| left < 1e-3);
-                break;
-            }
-            None => {
-                (r, j) = whiten(&x)?;
-                exact = true;
-                damping = 1e-3;
-            }
-        }
-    }
-    // One that was given up is only known to be far: a carried Jacobian says as much.
-    if !exact && certified && !given_up {
-        (r, j) = whiten(&x)?;
-    }
-    let at_bound = (0..d).map(|k| x[k] <= low[k] || x[k] >= high[k]).collect();
+    let guess = guess.filter(|g| g.shape() == (data.len(), start.len()));
+    let End {
+        x,
+        residual,
+        jacobian,
+        cost,
+        converged,
+        given_up,
+    } = descend(&problem, (&low, &high), start, guess, effort)?;
+    let at_bound = (0..x.len())
+        .map(|k| x[k] <= low[k] || x[k] >= high[k])
+        .collect();
     Ok(Fit {
         x,
-        residual: r,
-        jacobian: j,
+        residual,
+        jacobian,
         cost,
         converged,
         given_up,

@@ -10,7 +10,8 @@ use crate::noise::NoiseModel;
 use crate::roughness;
 use crate::settings::LogKind;
 use crate::setup::Setup;
-use crate::weigh::contest;
+use crate::thin::Thin;
+use crate::weigh::again;
 
 /// Slip below which a row counts as braking for the second try: rows at zero slip scatter to both sides.
 const BRAKING: f64 = -0.05;
@@ -74,7 +75,12 @@ fn settle<P: Predictor>(
         .whitener(data)?
         .apply_vector(&residual(data, predictor, null, &centre)?)
         .norm_squared();
-    let starts = starts_of(null, setup.kind);
+    let mut starts = starts_of(null, setup.kind);
+    if setup.kind == LogKind::Drive
+        && let Some(thin) = Thin::new(data, &noise)?
+    {
+        starts = vec![thin.end(predictor, null, &starts, None)?];
+    }
     let fit = |data: &DataSet, noise: &NoiseModel, starts: &[Vec<f64>]| {
         let whitener = noise.whitener(data)?;
         fit_from(
@@ -84,7 +90,7 @@ fn settle<P: Predictor>(
             &whitener,
             starts,
             None,
-            contest(setup.kind),
+            again(setup.kind),
         )
     };
     let mut fitted = fit(data, &noise, &starts)?;

@@ -13,7 +13,7 @@ use crate::settings::LogKind;
 use crate::setup::Screened;
 use crate::signatures::{Asked, screen_all};
 use crate::starts::start_anew;
-use crate::weigh::{Amplitudes, Weighed, contest, weigh, weigh_at};
+use crate::weigh::{Amplitudes, Weighed, again, contest, weigh, weigh_at};
 
 /// Screened gain that a second cause of a drive must promise to be fitted: calibrated thresholds ask for more.
 const PARTNER_FROM: f64 = 1.0;
@@ -182,7 +182,7 @@ pub(crate) fn confirm_pairs<P: Predictor>(
                     return weigh_at(data, predictor, h, levels, &found.plain).ok();
                 }
                 let starts = [found.plain.x.as_slice().to_vec()];
-                return weigh(data, predictor, h, levels, &starts, None, contest(kind)).ok();
+                return weigh(data, predictor, h, levels, &starts, None, again(kind)).ok();
             }
             let mut off = start.clone();
             if let Some(last) = off.last_mut() {
@@ -190,7 +190,8 @@ pub(crate) fn confirm_pairs<P: Predictor>(
             }
             let starts = match kind {
                 LogKind::Rig => vec![start.clone(), off],
-                LogKind::Drive | LogKind::Kinematic => vec![start.clone()],
+                LogKind::Drive => vec![off],
+                LogKind::Kinematic => vec![start.clone()],
             };
             let guess = (kind == LogKind::Drive).then_some(guess);
             let pair = weigh(data, predictor, &h, levels, &starts, guess, contest(kind)).ok()?;

@@ -17,7 +17,7 @@ use crate::settings::{LogKind, Settings};
 use crate::setup::{Screened, Setup};
 use crate::signatures::{Asked, screen_all};
 use crate::structures::{Structures, weigh_structures};
-use crate::weigh::{Amplitudes, Weighed, contest, weigh};
+use crate::weigh::{Amplitudes, Weighed, again, weigh};
 
 /// Gain \[nats\] of an explanation over the one that the noise was taken at, above which the noise is taken anew.
 const RENEW_FROM: f64 = 20.0;
@@ -115,7 +115,7 @@ impl Round {
             &levels,
             &starts,
             None,
-            contest(setup.kind),
+            again(setup.kind),
         )?;
         let mut not_asked = candidates.not_asked.clone();
         let (screen, asked): (_, Asked) = screen_all(

@@ -12,6 +12,7 @@ use crate::fit::{Effort, Fit, evaluate, fit_from};
 use crate::hypothesis::Hypothesis;
 use crate::noise::{NoiseModel, Whitener};
 use crate::settings::LogKind;
+use crate::thin::Thin;
 
 /// Amplitudes of the discrepancy with their prior weights.
 pub(crate) fn amplitudes(kind: LogKind) -> &'static [(f64, f64)] {
@@ -37,6 +38,8 @@ pub(crate) struct Amplitudes {
     plain: Whitener,
     /// Ten times that noise, for a drive.
     pub(crate) loose: Option<Whitener>,
+    /// Where a drive's fits from far begin.
+    thin: Option<Thin>,
 }
 
 impl Amplitudes {
@@ -54,6 +57,10 @@ impl Amplitudes {
             plain: noise.whitener(data)?,
             loose: match kind {
                 LogKind::Drive => Some(noise.times(10.0).whitener(data)?),
+                LogKind::Rig | LogKind::Kinematic => None,
+            },
+            thin: match kind {
+                LogKind::Drive => Thin::new(data, noise)?,
                 LogKind::Rig | LogKind::Kinematic => None,
             },
         })
@@ -91,6 +98,14 @@ pub(crate) fn contest(kind: LogKind) -> Effort {
     match kind {
         LogKind::Rig | LogKind::Kinematic => Effort::Certified,
         LogKind::Drive => Effort::Contest,
+    }
+}
+
+/// The same for fits that go on where they ended under another noise.
+pub(crate) fn again(kind: LogKind) -> Effort {
+    match kind {
+        LogKind::Rig | LogKind::Kinematic => Effort::Certified,
+        LogKind::Drive => Effort::Again,
     }
 }
 
@@ -146,13 +161,17 @@ pub(crate) fn weigh<P: Predictor>(
     let mut best: Option<(f64, f64, Fit, Posterior)> = None;
     let mut terms = vec![];
     let mut guess = guess;
+    let (mut from, mut effort) = (starts.to_vec(), effort);
+    if let (Effort::Contest, Some(thin)) = (effort, &amplitudes.thin) {
+        from = vec![thin.end(predictor, hypothesis, &from, guess.take().as_ref())?];
+        effort = Effort::Again;
+    }
+    // A large discrepancy leaves one smooth way down, so all starts are tried there; the ends of that way start the others.
+    let smallest = amplitudes.levels.first().map(|l| l.0);
     let mut fit = |whitener: &Whitener, starts: &[Vec<f64>]| {
         let guess = guess.take();
         fit_from(data, predictor, hypothesis, whitener, starts, guess, effort)
     };
-    // A large discrepancy leaves one smooth way down, so all starts are tried there; the ends of that way start the others.
-    let mut from = starts.to_vec();
-    let smallest = amplitudes.levels.first().map(|l| l.0);
     for (a, ln_weight, whitener) in amplitudes.levels.iter().rev() {
         if !terms.is_empty() && Some(*a) == smallest {
             from.extend(starts.first().cloned());

@@ -97,8 +97,10 @@ fn assert_whole(folder: &Path) {
 #[test]
 fn an_interrupt_ends_with_130_and_no_half_file() {
     let folder = folder("interrupt");
-    let code = interrupted(&folder, Duration::from_millis(400));
-    assert_eq!(code, Some(130));
+    // On a fast machine it is at its end before a late interrupt comes.
+    let ends = [400, 200, 100, 50, 25].map(Duration::from_millis);
+    let mut ends = ends.iter().map(|after| interrupted(&folder, *after));
+    assert_eq!(ends.find(|code| *code != Some(0)), Some(Some(130)));
     assert_whole(&folder);
 }
 

@@ -1,0 +1,446 @@
+//! The way down: Levenberg-Marquardt with geodesic acceleration, inside bounds.
+//!
+//! # Equation
+//! x = argmin |r(x)|² + |x|², J = -dr/dx. A step is v + a/2 with (H + λ diag H) v = J'r - x, H = J'J + I, and
+//! (H + λ diag H) a = J' r_vv, where r_vv is the second derivative of r along v. Soil parameters trade off against each other
+//! along narrow bent valleys: straight steps creep along these, bent ones follow them.
+//!
+//! # Source
+//! Transtrum & Sethna 2012, "Improvements to the Levenberg-Marquardt algorithm for nonlinear least-squares minimization",
+//! arXiv:1201.5885.
+
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+
+use crate::error::GapError;
+
+const MAX_STEPS: usize = 80;
+/// Attempts at one step, the damping raised from each to the next.
+const ATTEMPTS: usize = 30;
+/// The same with a carried Jacobian, which is then renewed rather than damped away.
+const ATTEMPTS_CARRIED: usize = 4;
+/// Predicted decrease of |r|² + |x|² below which a way has ended: far below the one unit that matters.
+const CERTIFICATE: f64 = 1e-4;
+/// The same for a fit of a contest, and for a carried Jacobian.
+const CONTEST: f64 = 1e-3;
+const CARRIED: f64 = 1e-2;
+/// Promise up to which a way that found no step down has converged: a tenth of the parameters' own uncertainty.
+const CONVERGED: f64 = 1e-2;
+/// Promise and gain over so many steps below which such a fit has ended at a kink of the law.
+const KINK: (f64, f64, usize) = (0.1, 0.01, 3);
+/// Misfit per value beyond the noise from which a fit is far from the data.
+const FAR: f64 = 0.3;
+/// Steps over which such a fit must come nearer, and by which share of what is left.
+const NEARER: (usize, f64) = (6, 0.02);
+/// The same steps where a Jacobian is carried, from an end nearby.
+const NEARER_CARRIED: usize = 3;
+/// Share of what is left beyond the noise that a whole step must promise such a fit.
+const PROMISING: f64 = 0.01;
+/// Share of it below which a carried Jacobian's promise no longer matters.
+const SETTLED: f64 = 1e-3;
+/// Steps after which a cost is out of reach that so many times the decrease in sight does not bridge.
+const REACH: (usize, f64) = (4, 4.0);
+/// Damping at the start, its change after a step that was as good as foreseen and after one that was refused.
+const DAMPING: (f64, f64, f64) = (1e-3, 0.25, 4.0);
+/// Share of the foreseen decrease from which straight steps do.
+const STRAIGHT: f64 = 0.75;
+/// Share below which the damping rises although the step was taken.
+const POOR: f64 = 0.25;
+/// Step along the velocity, as a share of it, from which the acceleration is measured.
+const PROBE: f64 = 0.1;
+/// Largest acceleration against the velocity that is believed, as 2 |a| / |v|.
+const BENT: f64 = 0.75;
+
+/// How long a fit goes on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Effort {
+    /// Until an exact Jacobian certifies the end.
+    Certified,
+    /// The same, unless it stays far from the data and hardly comes nearer: enough to know that it is out of the contest.
+    Contest,
+    /// As a contest, from where it ended under another noise.
+    Again,
+    /// As a contest, and given up where this cost is out of reach.
+    Below(f64),
+    /// As a contest, but a Jacobian carried along by Broyden's update may end it: for fits that start at their end.
+    Carried,
+}
+
+/// A vector of residuals and its slopes.
+pub(crate) trait Residuals {
+    /// r (n).
+    ///
+    /// # Errors
+    /// Where there is no answer.
+    fn value(&self, x: &DVector<f64>) -> Result<DVector<f64>, GapError>;
+
+    /// r (n) and -dr/dx (n x d).
+    ///
+    /// # Errors
+    /// Where there is no answer.
+    fn slopes(&self, x: &DVector<f64>) -> Result<(DVector<f64>, DMatrix<f64>), GapError>;
+}
+
+/// Where a way down ended.
+pub(crate) struct End {
+    pub x: DVector<f64>,
+    pub residual: DVector<f64>,
+    pub jacobian: DMatrix<f64>,
+    pub cost: f64,
+    pub converged: bool,
+    pub given_up: bool,
+}
+
+/// A point on the way.
+struct Point {
+    x: DVector<f64>,
+    r: DVector<f64>,
+    cost: f64,
+}
+
+impl Point {
+    fn new(x: DVector<f64>, r: DVector<f64>) -> Self {
+        let cost = r.norm_squared() + x.norm_squared();
+        Point { x, r, cost }
+    }
+}
+
+/// The quadratic model at a point, over the components that no bound holds.
+struct Model {
+    free: Vec<usize>,
+    /// Half the downhill gradient.
+    gradient: DVector<f64>,
+    slopes: DMatrix<f64>,
+    curvature: DMatrix<f64>,
+    /// Decrease that the whole step of it foresees.
+    left: Option<f64>,
+}
+
+impl Model {
+    fn new(here: &Point, j: &DMatrix<f64>, low: &[f64], high: &[f64]) -> Self {
+        let all = j.tr_mul(&here.r) - &here.x;
+        // Components pushed against their bound stay where they are.
+        let free: Vec<usize> = (0..all.len())
+            .filter(|&k| {
+                !((here.x[k] <= low[k] && all[k] < 0.0) || (here.x[k] >= high[k] && all[k] > 0.0))
+            })
+            .collect();
+        let gradient = DVector::from_iterator(free.len(), free.iter().map(|&k| all[k]));
+        let slopes = j.select_columns(&free);
+        let curvature = slopes.tr_mul(&slopes) + DMatrix::identity(free.len(), free.len());
+        let left = curvature
+            .clone()
+            .cholesky()
+            .map(|c| c.solve(&gradient).dot(&gradient));
+        Model {
+            free,
+            gradient,
+            slopes,
+            curvature,
+            left,
+        }
+    }
+
+    fn damped(&self, damping: f64) -> Option<Cholesky<f64, Dyn>> {
+        let diagonal = self.curvature.diagonal() * damping;
+        (&self.curvature + DMatrix::from_diagonal(&diagonal)).cholesky()
+    }
+
+    /// Decrease that a step foresees.
+    fn foresees(&self, step: &DVector<f64>) -> f64 {
+        2.0 * self.gradient.dot(step) - step.dot(&(&self.curvature * step))
+    }
+
+    /// A step's length in units of the parameters' own uncertainty.
+    fn length(&self, step: &DVector<f64>) -> f64 {
+        let weighed = step.component_mul(&self.curvature.diagonal());
+        weighed.dot(step).sqrt()
+    }
+
+    /// A step from a point, inside the bounds.
+    fn from(
+        &self,
+        x: &DVector<f64>,
+        step: &DVector<f64>,
+        low: &[f64],
+        high: &[f64],
+    ) -> DVector<f64> {
+        let mut to = x.clone();
+        for (i, &k) in self.free.iter().enumerate() {
+            to[k] = (to[k] + step[i]).clamp(low[k], high[k]);
+        }
+        to
+    }
+}
+
+/// Why a way goes no further.
+enum Stop {
+    /// The law promises no more, or at a kink not enough; whether that is certified.
+    Down(bool),
+    /// Out of the contest.
+    GivenUp,
+}
+
+/// A way down.
+struct Way<'a, R> {
+    problem: &'a R,
+    low: &'a [f64],
+    high: &'a [f64],
+    effort: Effort,
+    here: Point,
+    /// -dr/dx here, and whether it is exact or carried along.
+    j: DMatrix<f64>,
+    exact: bool,
+    damping: f64,
+    /// Whether the next step bends, and whether the step before was refused at first.
+    bent: bool,
+    doubtful: bool,
+    /// Cost after every step.
+    costs: Vec<f64>,
+}
+
+/// Goes down from a start. `guess` is a Jacobian there.
+///
+/// # Errors
+/// Where there is no answer at the start; steps into such places are only refused.
+pub(crate) fn descend<R: Residuals>(
+    problem: &R,
+    (low, high): (&[f64], &[f64]),
+    start: &[f64],
+    guess: Option<DMatrix<f64>>,
+    effort: Effort,
+) -> Result<End, GapError> {
+    let start = DVector::from_fn(start.len(), |k, _| start[k].clamp(low[k], high[k]));
+    let exact = guess.is_none();
+    let (r, j) = match guess {
+        Some(j) => (problem.value(&start)?, j),
+        None => problem.slopes(&start)?,
+    };
+    let here = Point::new(start, r);
+    let mut way = Way {
+        problem,
+        low,
+        high,
+        effort,
+        costs: vec![here.cost],
+        here,
+        j,
+        exact,
+        damping: DAMPING.0,
+        bent: !effort.carries(),
+        doubtful: false,
+    };
+    let mut stop = Stop::Down(false);
+    for _ in 0..MAX_STEPS {
+        let model = Model::new(&way.here, &way.j, low, high);
+        if let Some(reason) = way.ended(&model) {
+            stop = reason;
+            break;
+        }
+        if way.promise(&model) >= way.end() && way.step(&model)? {
+            continue;
+        }
+        let end = effort == Effort::Carried && way.promise(&model) < way.end();
+        if end || way.exact {
+            // Certified, at rounding, or in a corner of the model's domain.
+            stop = Stop::Down(way.exact && way.promise(&model) < CONVERGED);
+            break;
+        }
+        way.renew()?;
+        way.damping = DAMPING.0;
+    }
+    // One that was given up is only known to be far: a carried Jacobian says as much.
+    let given_up = matches!(stop, Stop::GivenUp);
+    if !way.exact && effort != Effort::Carried && !given_up {
+        way.renew()?;
+    }
+    Ok(End {
+        x: way.here.x,
+        residual: way.here.r,
+        jacobian: way.j,
+        cost: way.here.cost,
+        converged: matches!(stop, Stop::Down(true)),
+        given_up,
+    })
+}
+
+impl Effort {
+    /// Whether a Jacobian is carried along between exact ones.
+    fn carries(self) -> bool {
+        matches!(self, Effort::Again | Effort::Carried)
+    }
+}
+
+impl<R: Residuals> Way<'_, R> {
+    /// Misfit beyond the noise.
+    fn beyond(&self) -> f64 {
+        (self.here.cost - self.here.r.len() as f64).max(0.0)
+    }
+
+    /// Decrease of the cost that a whole step promises.
+    fn promise(&self, model: &Model) -> f64 {
+        model.left.unwrap_or(0.0)
+    }
+
+    /// Promise below which the way has ended.
+    fn end(&self) -> f64 {
+        match self.effort {
+            Effort::Certified => CERTIFICATE,
+            Effort::Contest | Effort::Again | Effort::Below(_) => CONTEST,
+            Effort::Carried => CARRIED.max(SETTLED * self.beyond()),
+        }
+    }
+
+    /// Decrease of the cost over the last so many steps.
+    fn gained(&self, steps: usize) -> Option<f64> {
+        let before = self.costs.len().checked_sub(steps + 1);
+        Some(self.costs.get(before?)? - self.here.cost)
+    }
+
+    /// Whether it is in vain to go on.
+    fn ended(&self, model: &Model) -> Option<Stop> {
+        if self.effort == Effort::Certified {
+            return None;
+        }
+        let promise = self.promise(model);
+        let (carries, beyond) = (self.effort.carries(), self.beyond());
+        if self.here.cost > self.here.r.len() as f64 * (1.0 + FAR) {
+            let steps = if carries { NEARER_CARRIED } else { NEARER.0 };
+            let stalls = self.gained(steps).is_some_and(|g| g < NEARER.1 * beyond);
+            let idle = (self.exact || carries) && promise < PROMISING * beyond;
+            if stalls || idle {
+                return Some(Stop::GivenUp);
+            }
+        }
+        let (small, little, steps) = KINK;
+        if self.exact && promise < small && self.gained(steps).is_some_and(|g| g < little) {
+            return Some(Stop::Down(promise < CONVERGED));
+        }
+        let (steps, reach) = REACH;
+        match self.effort {
+            Effort::Below(target) if self.costs.len() > steps => {
+                (self.here.cost - reach * promise > target).then_some(Stop::GivenUp)
+            }
+            _ => None,
+        }
+    }
+
+    /// One step down; false where none was found.
+    fn step(&mut self, model: &Model) -> Result<bool, GapError> {
+        let attempts = if self.exact {
+            ATTEMPTS
+        } else {
+            ATTEMPTS_CARRIED
+        };
+        let carries = self.effort.carries();
+        for attempt in 0..attempts {
+            let Some(solver) = model.damped(self.damping) else {
+                return Ok(false);
+            };
+            let velocity = solver.solve(&model.gradient);
+            // A Jacobian brings its residual along, and most steps are taken.
+            let both = !carries && attempt == 0 && !self.doubtful;
+            if let Some((next, slopes)) = self.attempt(model, &velocity, &solver, both) {
+                let foreseen = model.foresees(&velocity);
+                self.take(model, next, slopes, foreseen, attempt > 0)?;
+                return Ok(true);
+            }
+            self.bent = !carries;
+            self.damping = (self.damping * DAMPING.2).min(1e12);
+        }
+        Ok(false)
+    }
+
+    /// The point after a step, where that is lower.
+    fn attempt(
+        &self,
+        model: &Model,
+        velocity: &DVector<f64>,
+        solver: &Cholesky<f64, Dyn>,
+        both: bool,
+    ) -> Option<(Point, Option<DMatrix<f64>>)> {
+        let (low, high) = (self.low, self.high);
+        let mut whole = velocity.clone();
+        if self.bent
+            && let Some(a) =
+                acceleration(self.problem, model, &self.here, velocity, solver, low, high)
+        {
+            if 2.0 * model.length(&a) > BENT * model.length(velocity) {
+                return None;
+            }
+            whole += a * 0.5;
+        }
+        let to = model.from(&self.here.x, &whole, low, high);
+        let (r, slopes) = if both {
+            let (r, j) = self.problem.slopes(&to).ok()?;
+            (r, Some(j))
+        } else {
+            (self.problem.value(&to).ok()?, None)
+        };
+        let next = Point::new(to, r);
+        let lower = next.cost.is_finite() && next.cost < self.here.cost;
+        lower.then_some((next, slopes))
+    }
+
+    /// Goes there.
+    fn take(
+        &mut self,
+        model: &Model,
+        next: Point,
+        slopes: Option<DMatrix<f64>>,
+        foreseen: f64,
+        refused: bool,
+    ) -> Result<(), GapError> {
+        let carries = self.effort.carries();
+        let share = (self.here.cost - next.cost) / foreseen;
+        if share > STRAIGHT && !refused {
+            self.damping = (self.damping * DAMPING.1).max(1e-12);
+        } else if share < POOR {
+            self.damping *= DAMPING.2.sqrt();
+        }
+        // A step that damping holds short is in a bent valley as well.
+        let held = foreseen < STRAIGHT * self.promise(model);
+        self.bent = !carries && (held || share < STRAIGHT);
+        self.doubtful = refused;
+        let moved = &next.x - &self.here.x;
+        let surprise = (&self.here.r - &next.r) - &self.j * &moved;
+        self.here = next;
+        self.costs.push(self.here.cost);
+        match slopes {
+            Some(slopes) => (self.j, self.exact) = (slopes, true),
+            None if !carries || (share < POOR && !self.exact) => self.renew()?,
+            None => {
+                self.j += surprise * moved.transpose() / moved.norm_squared();
+                self.exact = false;
+            }
+        }
+        Ok(())
+    }
+
+    /// An exact Jacobian here.
+    fn renew(&mut self) -> Result<(), GapError> {
+        self.j = self.problem.slopes(&self.here.x)?.1;
+        self.exact = true;
+        Ok(())
+    }
+}
+
+/// How the valley bends along a velocity; none where there is no answer a little along it.
+fn acceleration<R: Residuals>(
+    problem: &R,
+    model: &Model,
+    here: &Point,
+    velocity: &DVector<f64>,
+    solver: &Cholesky<f64, Dyn>,
+    low: &[f64],
+    high: &[f64],
+) -> Option<DVector<f64>> {
+    let to = model.from(&here.x, &(velocity * PROBE), low, high);
+    let r = problem.value(&to).ok()?;
+    let moved = to - &here.x;
+    let moved = DVector::from_iterator(model.free.len(), model.free.iter().map(|&k| moved[k]));
+    let second = (r - &here.r + &model.slopes * moved) * (2.0 / (PROBE * PROBE));
+    Some(solver.solve(&model.slopes.tr_mul(&second)))
+}
+
+#[cfg(test)]
+mod tests;

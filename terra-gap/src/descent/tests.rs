@@ -1,0 +1,135 @@
+//! Ways down whose ends are known in closed form.
+
+use std::cell::Cell;
+
+use super::*;
+
+/// A long valley bent along a parabola, y = c x²: r = \[w (y - c x²), x - to\].
+struct Valley {
+    steep: f64,
+    bend: f64,
+    to: f64,
+    values: Cell<usize>,
+    slopes: Cell<usize>,
+}
+
+impl Valley {
+    fn new(steep: f64, bend: f64, to: f64) -> Self {
+        Valley {
+            steep,
+            bend,
+            to,
+            values: Cell::new(0),
+            slopes: Cell::new(0),
+        }
+    }
+
+    fn r(&self, x: &DVector<f64>) -> DVector<f64> {
+        DVector::from_vec(vec![
+            self.steep * (x[1] - self.bend * x[0] * x[0]),
+            100.0 * (x[0] - self.to),
+        ])
+    }
+}
+
+impl Residuals for Valley {
+    fn value(&self, x: &DVector<f64>) -> Result<DVector<f64>, GapError> {
+        self.values.set(self.values.get() + 1);
+        Ok(self.r(x))
+    }
+
+    fn slopes(&self, x: &DVector<f64>) -> Result<(DVector<f64>, DMatrix<f64>), GapError> {
+        self.slopes.set(self.slopes.get() + 1);
+        let j = DMatrix::from_row_slice(
+            2,
+            2,
+            &[
+                2.0 * self.steep * self.bend * x[0],
+                -self.steep,
+                -100.0,
+                0.0,
+            ],
+        );
+        Ok((self.r(x), j))
+    }
+}
+
+const WIDE: (&[f64], &[f64]) = (
+    &[f64::NEG_INFINITY, f64::NEG_INFINITY],
+    &[f64::INFINITY, f64::INFINITY],
+);
+
+/// The floor of the valley as a problem of one variable, found by bisection of its derivative.
+fn on_the_floor(bend: f64, to: f64) -> f64 {
+    // d/dx [100² (x - to)² + x² + c² x⁴] on y = c x².
+    let slope = |x: f64| 2.0 * 1e4 * (x - to) + 2.0 * x + 4.0 * bend * bend * x.powi(3);
+    let (mut low, mut high) = (0.0, to);
+    for _ in 0..200 {
+        let middle = 0.5 * (low + high);
+        if slope(middle) > 0.0 {
+            high = middle;
+        } else {
+            low = middle;
+        }
+    }
+    low
+}
+
+#[test]
+fn a_bent_valley_is_followed_to_its_end_in_few_steps() {
+    for bend in [0.5, 1.0, 2.0] {
+        let v = Valley::new(1e3, bend, 3.0);
+        let end = descend(&v, WIDE, &[-3.0, 9.0 * bend], None, Effort::Certified).unwrap();
+        assert!(end.converged, "{bend}");
+        // So steep a valley has its end on its floor: the least cost there is the least cost.
+        let x = on_the_floor(bend, 3.0);
+        let least = 1e4 * (x - 3.0_f64).powi(2) + x * x + (bend * x * x).powi(2);
+        // Leaving the floor gains no more than y² / steep².
+        let beside = (bend * x * x / 1e3).powi(2);
+        assert!(end.cost < least + 2e-4, "{} {least}", end.cost);
+        assert!(
+            end.cost > least - 2.0 * beside - 1e-6,
+            "{} {least}",
+            end.cost
+        );
+        assert!(
+            v.slopes.get() < 60,
+            "{bend}: {} {}",
+            v.slopes.get(),
+            v.values.get()
+        );
+    }
+}
+
+#[test]
+fn a_linear_problem_takes_one_step_and_its_certificate() {
+    let v = Valley::new(3.0, 0.0, 2.0);
+    let end = descend(&v, WIDE, &[0.0, 1.0], None, Effort::Certified).unwrap();
+    assert!(end.converged);
+    // min 1e4 (x - 2)² + x² = 4 · 1e4 / (1e4 + 1), y = 0.
+    assert!((end.cost - 4e4 / 10_001.0).abs() < 2e-4, "{}", end.cost);
+    assert!(v.slopes.get() <= 4, "{}", v.slopes.get());
+}
+
+#[test]
+fn the_end_on_a_bound_is_the_least_there() {
+    let v = Valley::new(10.0, 1.0, 3.0);
+    let bounds: (&[f64], &[f64]) = (&[-5.0, -5.0], &[1.0, 5.0]);
+    let end = descend(&v, bounds, &[0.0, 0.0], None, Effort::Certified).unwrap();
+    assert!(end.converged);
+    assert_eq!(end.x[0], 1.0);
+    // At x = 1: least of 100 (y - 1)² + y² is 100 / 101; beside it 1e4 (1 - 3)² + 1.
+    assert!((end.cost - 40_001.0 - 100.0 / 101.0).abs() < 2e-4);
+}
+
+#[test]
+fn a_carried_jacobian_ends_near_the_exact_end() {
+    let v = Valley::new(30.0, 1.0, 3.0);
+    let exact = descend(&v, WIDE, &[2.5, 6.0], None, Effort::Certified).unwrap();
+    let near = exact.x.map(|x| x + 0.01);
+    let asked = v.slopes.get();
+    let j = v.slopes(&near).unwrap().1;
+    let carried = descend(&v, WIDE, near.as_slice(), Some(j), Effort::Carried).unwrap();
+    assert!(carried.cost - exact.cost < 0.02);
+    assert_eq!(v.slopes.get(), asked + 1);
+}
