@@ -130,7 +130,8 @@ pub struct StressProfile {
 }
 
 impl StressProfile {
-    /// Samples `stress` from exit to entry and refines the peak of τ; σ peaks at `apex`.
+    /// Samples `stress` from exit to entry and refines the peaks of σ and τ; `apex` is where branches meet, or near which σ
+    /// peaks.
     pub fn sample(
         exit: f64,
         apex: f64,
@@ -139,42 +140,49 @@ impl StressProfile {
         stress: impl Fn(f64) -> StressPoint,
     ) -> Self {
         let points = points.max(2);
-        let at = |i: usize, n: usize| exit + (entry - exit) * i as f64 / (n - 1) as f64;
+        // Rounding must not step over the entry, where there is no contact.
+        let at =
+            |i: usize, n: usize| (exit + (entry - exit) * i as f64 / (n - 1) as f64).min(entry);
         let profile: Vec<StressPoint> = (0..points).map(|i| stress(at(i, points))).collect();
-        const SCAN: usize = 201;
-        let scan = |i: usize| stress(at(i, SCAN));
-        let higher = |a: StressPoint, b: StressPoint| {
-            if b.shear_stress > a.shear_stress {
-                b
-            } else {
-                a
-            }
-        };
-        let best = (0..SCAN)
-            .max_by(|&a, &b| scan(a).shear_stress.total_cmp(&scan(b).shear_stress))
-            .unwrap_or(0);
-        let (mut low, mut high) = (
-            at(best.saturating_sub(1), SCAN),
-            at((best + 1).min(SCAN - 1), SCAN),
-        );
-        for _ in 0..80 {
-            let (a, b) = (
-                low + 0.381_966 * (high - low),
-                low + 0.618_034 * (high - low),
-            );
-            if stress(a).shear_stress < stress(b).shear_stress {
-                low = a
-            } else {
-                high = b
-            }
-        }
+        // No sample may be above the peak.
+        let scan = points.max(201);
+        let place = |i: usize| at(i, scan);
         // A peak on an end or on the apex is a corner that the search only approaches: braking wheels have it at
         // the entry, where the shear stress is exactly zero.
-        let corners = [stress(exit), stress(apex), stress(entry)];
-        let max_shear = corners.into_iter().fold(stress(0.5 * (low + high)), higher);
+        let corners = [stress(apex), stress(exit), stress(entry)];
+        let peak = |of: &dyn Fn(&StressPoint) -> f64| {
+            let scanned: Vec<f64> = (0..scan).map(|i| of(&stress(place(i)))).collect();
+            let best = (0..scan).max_by(|&a, &b| scanned[a].total_cmp(&scanned[b]));
+            let best = best.unwrap_or(0);
+            let (mut low, mut high) = (
+                place(best.saturating_sub(1)),
+                place((best + 1).min(scan - 1)),
+            );
+            for _ in 0..80 {
+                let (a, b) = (
+                    low + 0.381_966 * (high - low),
+                    low + 0.618_034 * (high - low),
+                );
+                if of(&stress(a)) < of(&stress(b)) {
+                    low = a
+                } else {
+                    high = b
+                }
+            }
+            let found = stress(0.5 * (low + high));
+            let highest = corners
+                .into_iter()
+                .reduce(|a, b| if of(&b) > of(&a) { b } else { a });
+            // Beside a corner the search is no higher than by rounding.
+            highest
+                .filter(|corner| of(&found) <= of(corner) + 1e-13 * of(corner).abs())
+                .unwrap_or(found)
+        };
+        let max_normal = peak(&|q| q.normal_stress);
+        let max_shear = peak(&|q| q.shear_stress);
         StressProfile {
             points: profile,
-            max_normal: stress(apex),
+            max_normal,
             max_shear,
             flat: None,
         }

@@ -157,9 +157,18 @@ impl<P: Root> Search<P> {
         // The iteration may end on its bracket instead, where no angle carries the load.
         let left = (root.load - self.load).abs();
         let balances = !(root.slope * (2.0 * self.tolerance)).any_lt(left);
-        balances
-            && grows((root.load, root.slope))
-            && GLANCES.iter().all(|share| grows(load_at(angle * *share)))
+        let deep = P::from(DEEP).any_lt(angle);
+        if deep || !balances || !grows((root.load, root.slope)) {
+            return false;
+        }
+        let mut below = (root.load, root.slope);
+        let mut share_below = 1.0;
+        GLANCES.iter().all(|&share| {
+            let here = load_at(angle * share);
+            let sound = grows(here) && is_steady(here, below, share_below / share);
+            (below, share_below) = (here, share);
+            sound
+        })
     }
 
     /// The root that a sinking wheel reaches first, where the load may fall again as it sinks.
@@ -286,9 +295,10 @@ impl<P: Root> Search<P> {
     }
 }
 
-/// Step between the angles at which the load is asked for in search of a fold \[rad\]: loads change over tens of degrees.
+/// Step between the angles at which the load is asked for in search of a fold \[rad\]: loads change over tens of degrees, with
+/// a shear law that peaks over a few. A fold that is much narrower than this step may be passed over.
 /// Those of high lugs do over a few, so that smaller angles are doubled up to this one.
-const LOOK: f64 = std::f64::consts::FRAC_PI_2 / 18.0;
+const LOOK: f64 = std::f64::consts::FRAC_PI_2 / 36.0;
 /// The first of them, as a share of the root below which a fold is looked for: less than a hundredth is carried there, where
 /// the load grows by more than the angle does.
 const FIRST_LOOK: f64 = 1.0 / 64.0;
@@ -300,9 +310,17 @@ const FOOTHOLD: f64 = 0.01;
 const FLAT: f64 = 0.25;
 
 /// Shares of the root at which a wheel that is far from any fold shows it, beside the root itself.
-const GLANCES: [f64; 3] = [0.2, 0.5, 0.8];
+const GLANCES: [f64; 3] = [0.8, 0.5, 0.2];
 /// d ln W / d ln θ1 from which it is: on its way to a fold the load grows more and more slowly over tens of degrees.
 const SOUND: f64 = 0.8;
+
+/// Roots beyond are always searched below: a wheel that is sunk so deep turns its rim through much of the shear law, and folds
+/// there may be narrow \[rad\].
+const DEEP: f64 = 0.7;
+/// How far d ln W / d ln θ1 at either end of an interval may exceed its mean there. Behind a fold the load has grown by less
+/// than its slopes say. A cubic through both ends rises in between up to three times the mean (F. N. Fritsch, R. E. Carlson,
+/// SIAM J. Numer. Anal. 17(2), 1980); two is on the safe side of it.
+const STEADY: f64 = 2.0;
 
 /// d ln W / d ln θ1 above any that a soil without shear stress has: 1 + 2 n.
 const USUAL: f64 = 8.0;
@@ -310,6 +328,12 @@ const USUAL: f64 = 8.0;
 /// True where a load, given with its slope in ln θ1, is above zero and grows well.
 fn grows<P: Root>((w, slope): (P, P)) -> bool {
     !slope.any_lt(w * SOUND) && !w.any_lt(P::zero())
+}
+
+/// True where a load grows between two angles, the deeper `ratio` times the other, as its slopes at both say.
+fn is_steady<P: Root>(above: (P, P), below: (P, P), ratio: f64) -> bool {
+    let mean = (below.0 / above.0).ln() * (STEADY / ratio.ln());
+    !mean.any_lt((above.1 / above.0).max_of(below.1 / below.0))
 }
 
 /// The largest angle that a sinking wheel reaches at rest: where the soil gives way, or 90°.
@@ -341,6 +365,9 @@ fn fold_below<P: Root>(upto: P, first: P, foothold: P, supported_load: &impl Fn(
     let mut unbroken = one;
     let (mut flattest, mut from, mut to) = (P::from(FLAT), upto, upto);
     let (mut last, mut carried) = (P::from(MIN_ENTRY_ANGLE), none);
+    // The interval in which the load grows least for what its slopes say, and by what factor.
+    let (mut restless, mut before, mut after) = (P::from(STEADY), upto, upto);
+    let mut grew = one;
     looks(upto, first, |angle, next| {
         let found = supported_load(angle);
         let breaks = unbroken * falls(found, carried);
@@ -352,6 +379,13 @@ fn fold_below<P: Root>(upto: P, first: P, foothold: P, supported_load: &impl Fn(
         );
         unbroken -= breaks;
         let growth = zero.select_lt(unbroken, growth(found), one);
+        let held = foothold.select_lt(carried, carried, found.0);
+        let mean = (found.0 / held).ln() / (angle / last).ln();
+        let rises = zero.select_lt(mean, growth.max_of(grew) / mean, zero);
+        before = restless.select_lt(rises, last, before);
+        after = restless.select_lt(rises, angle, after);
+        restless = zero.select_lt(unbroken, restless.max_of(rises), restless);
+        grew = growth;
         from = growth.select_lt(flattest, last, from);
         to = growth.select_lt(flattest, next, to);
         flattest = flattest.min_of(growth);
@@ -364,6 +398,12 @@ fn fold_below<P: Root>(upto: P, first: P, foothold: P, supported_load: &impl Fn(
         low = hidden.select_lt(zero, from, low);
         high = hidden.select_lt(zero, flattest, high);
         above = hidden.select_lt(zero, none, above);
+    }
+    if !low.any_lt(high) && before.any_lt(after) {
+        let flattest = least(before, after, |angle| growth(supported_load(angle)));
+        let hidden = growth(supported_load(flattest));
+        low = hidden.select_lt(zero, before, low);
+        high = hidden.select_lt(zero, flattest, high);
     }
     if !low.any_lt(high) {
         return upto;

@@ -9,7 +9,7 @@ use terra_model::{
     BodyLoads, Channel, Contact, ForceLaw, Law, Motion, Registry, Vehicle, WheelForces, catalogue,
 };
 
-const NAMES: [&str; 13] = [
+const NAMES: [&str; 14] = [
     "slip-sinkage",
     "multipass",
     "bulldozing",
@@ -19,6 +19,7 @@ const NAMES: [&str; 13] = [
     "wheel-compliance",
     "torque-droop",
     "terrain-drift",
+    "lateral-contrast",
     "interface-friction",
     "lateral-bulldozing",
     "drivetrain-coulomb-friction",
@@ -267,6 +268,44 @@ fn side_walls_by_the_published_factors() {
     let hooks = touched("grousers", "side-walls", 0.075, &at).hooks;
     near(hooks.cohesion, 2.0);
     near(hooks.friction, 1.0 + 0.64 * 0.5 * 2f64.atan());
+}
+
+/// Passive pressure by hand: φ = 0 has N_p = 1, φ = 30° has 3; the surcharge is the load over the contact's length.
+#[test]
+fn a_passive_lug_by_hand() {
+    let at = contact(0.9);
+    let registry = Registry::builtin().with_forms();
+    let effect = registry.effect_form("grousers", "passive-lug").unwrap();
+    let law = registry.law("wong-reece").unwrap();
+    let mut forces = law.forces(&soil(), &at).unwrap();
+    forces.sinkage = Some(0.02);
+    let p = 245.25 / (0.15 * (2.0 * 0.254 * 0.02 + 1e-4f64).sqrt());
+    for (phi, n) in [(0f64, 1.0), (30.0, 3.0)] {
+        let mut q = soil();
+        (q[3], q[4]) = (2000.0, phi.to_radians());
+        let after = effect.after_at(&[0.01], &law.model().soil_at(&q, &at), &at, forces);
+        let force = 0.15 * 0.01 * (n * (15e3 * 0.01 / 2.0 + p) + 2.0 * 2000.0 * n.sqrt());
+        let found = after.drawbar_pull - forces.drawbar_pull;
+        near(found / 9f64.tanh(), force);
+        let torque = after.resistive_torque - forces.resistive_torque;
+        near(torque / found, 0.254 + 0.005);
+    }
+}
+
+/// Right over left is e^e in cohesion and e^(e/3) in tan φ, and stiffness is the same.
+#[test]
+fn sides_of_another_strength() {
+    let by = |side: f64| {
+        let at = Contact {
+            side,
+            ..contact(0.2)
+        };
+        touched("lateral-contrast", "strength", 0.6, &at).hooks
+    };
+    let (right, left) = (by(1.0), by(-1.0));
+    near(right.cohesion / left.cohesion, 0.6f64.exp());
+    near(right.friction / left.friction, 0.2f64.exp());
+    assert!(right.stiffness == 1.0 && left.stiffness == 1.0);
 }
 
 /// Both count travel at zero slip; at slip the rim is faster, and so stiffer ground is what it meets.

@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use terra::model::catalogue;
+use terra::model::{Registry, catalogue};
 
 use crate::common::data;
 
@@ -61,4 +61,37 @@ fn ids_are_unique() {
         assert!(seen.insert(&terrain.id), "{} twice", terrain.id);
     }
     assert_eq!(catalogue::set("wong21").unwrap().len(), 21);
+}
+
+/// Every row says where it comes from and how far that can be trusted, also without the table beside.
+#[test]
+fn every_terrain_has_a_source_and_a_confidence() {
+    for terrain in catalogue::terrains() {
+        assert!(!terrain.source.trim().is_empty(), "{}", terrain.id);
+        let mark = terrain.confidence.mark();
+        assert!(["A", "B", "C"].contains(&mark), "{} {mark}", terrain.id);
+    }
+    assert!(catalogue::terrains().len() >= 38);
+}
+
+/// A value that a source does not give is refused by name, and never guessed.
+#[test]
+fn a_missing_value_is_named_with_its_row() {
+    let law = Registry::builtin().law("wong-reece").unwrap();
+    let mut missing = 0;
+    for terrain in catalogue::terrains() {
+        match terrain.parameters(law.model()) {
+            Ok(p) => assert!(p.iter().all(|x| x.is_finite()) && terrain.shear_modulus.is_some()),
+            Err(e) => {
+                let said = e.to_string();
+                assert!(terrain.shear_modulus.is_none(), "{said}");
+                assert!(
+                    said.contains(&*terrain.id) && said.contains("shear_modulus"),
+                    "{said}"
+                );
+                missing += 1;
+            }
+        }
+    }
+    assert!(missing > 0);
 }

@@ -264,6 +264,7 @@ mod tests {
                     .abs()
                     .max((t / f.resistive_torque - 1.0).abs());
                 assert!(error <= 1.5 * bound.max, "{id}: {error} at {slip}, {load}");
+                assert!(error <= 1e-4, "{id}: {error} at {slip}, {load}");
                 let slopes = map.slopes(slip, load).unwrap();
                 assert_eq!(slopes.forces, [d, t]);
                 let n = p.len();

@@ -9,7 +9,8 @@
 //!
 //! # Reference
 //! M. G. Bekker, *Introduction to Terrain-Vehicle Systems* (1969), as in J. Y. Wong, *Theory of Ground Vehicles*
-//! (formulas recalled).
+//! (thrust recalled); z and Rc as in Z. Q. Li, L. K. Bingham, *Terramechanics for LTV Modeling and Simulation*, NASA white
+//! paper, after an open code of it.
 
 use crate::contact::{Contact, Hook};
 use crate::error::ModelError;
@@ -48,8 +49,7 @@ impl TerrainModel for BekkerCompaction {
         bekker::PARAMS[4],
         bekker::PARAMS[5],
     ];
-    const REFERENCE: &'static str =
-        "M. G. Bekker, Introduction to Terrain-Vehicle Systems, 1969 (formulas recalled)";
+    const REFERENCE: &'static str = "M. G. Bekker, Introduction to Terrain-Vehicle Systems, 1969; z and Rc as in Z. Q. Li, L. K. Bingham, NASA white paper (thrust recalled)";
     const HOOKS: &'static [Hook] = &[
         Hook::Stiffness,
         Hook::Cohesion,

@@ -210,7 +210,7 @@ impl TerrainModel for BrakedTwoZone {
         "rigid wheel that, braked or towed, has two zones of shear whose soil flows apart";
     const PARAMS: &'static [Param] = bekker::PARAMS;
     const REFERENCE: &'static str =
-        "J. Y. Wong, A. R. Reece, J. Terramechanics 4(2):7-25, 1967 (part II)";
+        "J. Y. Wong, A. R. Reece, J. Terramechanics 4(2):7-25, 1967 (part II; formulas recalled)";
     const HOOKS: &'static [Hook] = &[
         Hook::Stiffness,
         Hook::Cohesion,

@@ -5,7 +5,7 @@
 //! is Coulomb's law.
 //!
 //! # Reference
-//! H. B. Pacejka, *Tire and Vehicle Dynamics* (magic formula).
+//! H. B. Pacejka, *Tire and Vehicle Dynamics* (magic formula, recalled).
 
 use crate::contact::{Contact, Hook};
 use crate::error::ModelError;
@@ -75,7 +75,8 @@ impl TerrainModel for HardGround {
             doc: "rolling resistance over load",
         },
     ];
-    const REFERENCE: &'static str = "H. B. Pacejka, Tire and Vehicle Dynamics (magic formula)";
+    const REFERENCE: &'static str =
+        "H. B. Pacejka, Tire and Vehicle Dynamics (magic formula, recalled)";
     const HOOKS: &'static [Hook] = &[Hook::Friction];
 
     fn wheel_forces<T: Real>(

@@ -16,8 +16,8 @@ use crate::real::Real;
 /// tan(X + φ), D2 = cot X + cot² X tan φ, X = 45° - φ/2, γ = 15 kN/m³
 ///
 /// # Reference
-/// E. Hegedus, ATAC RR-14, 1960, as G. Ishigami et al., J. Field Robotics 24(3), 2007 (recalled). A quotient cot² X/cot φ
-/// is cot² X tan φ, which clay without friction has too.
+/// E. Hegedus, ATAC RR-14, 1960, as G. Ishigami et al., J. Field Robotics 24(3), 2007; D1, D2 and R_b as an open code after
+/// that paper has them. A quotient cot² X/cot φ is cot² X tan φ, which clay without friction has too.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct CuttingFlank;
 
@@ -32,7 +32,7 @@ impl Effect for CuttingFlank {
         1.0,
         "share of the bulldozing resistance of the flank",
     )];
-    const REFERENCE: &'static str = "E. Hegedus, ATAC RR-14, 1960, as G. Ishigami et al., J. Field Robotics 24(3), 2007 (recalled)";
+    const REFERENCE: &'static str = "E. Hegedus, ATAC RR-14, 1960, as G. Ishigami et al., J. Field Robotics 24(3), 2007 (as an open code after that paper has it)";
     const NEEDS_SOIL: &'static [&'static str] = &["cohesion", "friction_angle"];
     const TOUCHES: &'static [Touch] = &[Touch::Forces];
 

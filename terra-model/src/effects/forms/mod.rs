@@ -2,11 +2,13 @@
 //! called by its name.
 //!
 //! Forms of one name differ in the mechanism that carries the sign (stress, geometry, resistance, strength) where the
-//! literature has such, and else in a curve that it has. None for what is a definition (a bias, a scale, a mass, a radius,
-//! an inclination), nor where no source was found for a second one: the contrast between sides, the sideways slip of a
-//! skidding wheel, a tow load, drag. A layer below the surface and a shear stress with a residual strength are also slots
-//! of the models (`layered`, `wong-hump`): the published hump has no value at which it is no hump,
-//! so it is a structure and no form of `shear-hump`.
+//! literature has such, and else in a curve that it has.
+//!
+//! One form only: what is a definition (the bias, scale or delay of a sensor, a mass, a radius, a track width, a centre of
+//! gravity, an inclination), a towed load and air resistance, which are a constant and a square of speed, and the sideways
+//! slip of a skidding wheel, for which no second source was found. A layer below the surface and a shear stress with a
+//! residual strength are also slots of the models (`layered`, `wong-hump`): the published hump has no value at which it is no
+//! hump, so it is a structure and no form of `shear-hump`.
 
 /// What a form has from the effect it is a form of: name, kind of log, where it shows, the experiment that isolates it.
 macro_rules! form_of {
@@ -23,6 +25,7 @@ mod drivetrain_friction;
 mod grousers;
 mod interface_friction;
 mod lateral_bulldozing;
+mod lateral_contrast;
 mod multipass;
 mod rate_stiffening;
 mod rear_contact;
@@ -33,9 +36,10 @@ mod wheel_compliance;
 
 pub use bulldozing::{BearingCapacity, RubbingPile};
 pub use drivetrain_friction::{Lubricant, Stribeck};
-pub use grousers::SideWalls;
+pub use grousers::{PassiveLug, SideWalls};
 pub use interface_friction::{Adhesion, SkinAngle};
 pub use lateral_bulldozing::CuttingFlank;
+pub use lateral_contrast::StrengthContrast;
 pub use multipass::{PackedStrength, Rut};
 pub use rate_stiffening::{RimSpeed, ShearRate};
 pub use rear_contact::{ElasticUnloading, EnergyReturn};
@@ -83,9 +87,11 @@ pub(crate) fn register(registry: Registry) -> Registry {
         .with_effect::<BearingCapacity>()
         .with_effect::<RubbingPile>()
         .with_effect::<SideWalls>()
+        .with_effect::<PassiveLug>()
         .with_effect::<Adhesion>()
         .with_effect::<SkinAngle>()
         .with_effect::<CuttingFlank>()
+        .with_effect::<StrengthContrast>()
         .with_effect::<Stribeck>()
         .with_effect::<Lubricant>()
         .with_effect::<ElasticUnloading>()

@@ -82,7 +82,9 @@ impl PressureKind {
             PressureKind::UnloadReload => {
                 "J. Y. Wong, Theory of Ground Vehicles (formula recalled)"
             }
-            PressureKind::Layered => "J. Y. Wong, Theory of Ground Vehicles; chosen form",
+            PressureKind::Layered => {
+                "J. Y. Wong, Theory of Ground Vehicles (recalled); chosen form"
+            }
         }
     }
 

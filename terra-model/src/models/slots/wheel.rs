@@ -97,7 +97,7 @@ impl WheelKind {
                 "Rankine passive pressure on lugs, as M. G. Bekker, 1969 (recalled); its mobilisation with slip is chosen"
             }
             WheelKind::Lateral => {
-                "G. Ishigami, A. Miwa, K. Nagatani, K. Yoshida, J. Field Robotics 24(3):233-250, 2007 (formulas recalled)"
+                "G. Ishigami, A. Miwa, K. Nagatani, K. Yoshida, J. Field Robotics 24(3):233-250, 2007 (formulas as an open code after that paper has them)"
             }
             WheelKind::ScmColumn => {
                 "A. Tasora et al., Int. J. Vehicle Performance 5(1):60-76, 2019; the closed form is ours"
