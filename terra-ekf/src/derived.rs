@@ -3,7 +3,8 @@
 //!
 //! # Equation
 //! Speed of a wheel's centre v ∓ r t_w/2 (left -, right +); library slip of R w against it; loads from the estimated
-//! a_x, not the measured one: N_f = (m g l_r cos(pitch) - h (F_L + F_R))/(2L) a wheel, N_r = (m g l_f cos(pitch) + h (F_L + F_R))/(2L).
+//! a_x, not the measured one: N_f = (m g l_r cos(pitch) - h (F_L + F_R))/(2L) a wheel, N_r = (m g l_f cos(pitch) + h (F_L + F_R))/(2L);
+//! right wheels x (1 + λ), left wheels x (1 - λ), λ = 2 h v r/(g cos(pitch) t_w), in a turn.
 //!
 //! # Reference
 //! L. E. Ray, "Autonomous terrain parameter estimation for wheeled vehicles", SPIE (2008). The share in proportion to
@@ -123,11 +124,14 @@ fn travel<S: Real>(x: &[S], vehicle: &Vehicle<f64>, q: usize) -> S {
 fn load<S: Real>(x: &[S], p: &Vehicle<f64>, q: usize) -> S {
     let transfer = (x[F[0]] + x[F[1]]) * (p.cg_height / (2.0 * p.wheelbase));
     let weight = p.mass * GRAVITY * p.pitch.cos() / (2.0 * p.wheelbase);
-    if q < 2 {
+    let half_axle = if q < 2 {
         -transfer + weight * (p.wheelbase - p.cg_to_front_axle)
     } else {
         transfer + weight * p.cg_to_front_axle
-    }
+    };
+    let side = if q.is_multiple_of(2) { -1.0 } else { 1.0 };
+    let per_turn = 2.0 * p.cg_height / (GRAVITY * p.pitch.cos() * p.track);
+    half_axle + half_axle * (x[V] * x[R]) * (side * per_turn)
 }
 
 fn slip_state(x: &[f64], vehicle: &Vehicle<f64>, q: usize) -> SlipState {

@@ -98,13 +98,13 @@ fn check(runs: u64, steps: usize) {
 }
 
 #[test]
-fn matched_model_is_consistent_and_wrong_noise_is_not() {
+fn f2_matched_model_is_consistent_and_wrong_noise_is_not() {
     check(100, 100);
 }
 
 #[test]
 #[ignore = "the full size, 300 runs of 200 steps: a few seconds"]
-fn matched_model_is_consistent_at_full_size() {
+fn f2_matched_model_is_consistent_at_full_size() {
     check(300, 200);
     // Seen at this size only: R believed 2 % too large.
     assert_eq!(

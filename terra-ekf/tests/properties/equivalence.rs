@@ -26,7 +26,7 @@ fn with_gaps(k: usize, z: &[f64]) -> Measurement {
 
 /// Every filter of the registry, joint and sequential, against the joint Kalman filter, with missing rows.
 #[test]
-fn all_filters_agree_on_both_state_spaces() {
+fn f1_all_filters_agree_on_both_state_spaces() {
     for entry in terra_ekf::STATE_SPACES {
         let space = (entry.build)().unwrap();
         if !space.is_linear() {
@@ -58,7 +58,7 @@ fn all_filters_agree_on_both_state_spaces() {
 
 /// Small alpha makes the unscented weights huge and of both signs: rounding grows, the answer stays.
 #[test]
-fn unscented_with_small_alpha_agrees_loosely() {
+fn f1_unscented_with_small_alpha_agrees_loosely() {
     let space = robot();
     let run = Truth::new(&space, 0.01).run(50, &mut rng(2, 0));
     let unscented = Unscented {
@@ -80,7 +80,7 @@ fn unscented_with_small_alpha_agrees_loosely() {
 
 /// The weights and resets of the robust update do not depend on the filter either.
 #[test]
-fn robust_updates_agree_too() {
+fn f1_robust_updates_agree_too() {
     let space = robot();
     let mut run = Truth::new(&space, 0.01).run(200, &mut rng(3, 0));
     for k in 60..150 {
@@ -166,7 +166,7 @@ fn nonlinear_path_on_a_linear_state_space() {
 
 /// Six groups of three, equal to the dense Joseph filter to 1e-12 over 400 steps.
 #[test]
-fn block_equals_dense_joseph() {
+fn f1_block_equals_dense_joseph() {
     let space = robot();
     let run = Truth::new(&space, 0.01).run(400, &mut rng(5, 0));
     let mut dense = filter("kf", &space, FilterConfig::default());
@@ -218,7 +218,7 @@ fn block_joins_what_is_coupled_and_says_why() {
 
 /// A correlated R: sequential updates refuse it, block joins the groups, and treating it as diagonal is wrong.
 #[test]
-fn correlated_noise_and_sequential_updates() {
+fn f1_correlated_noise_and_sequential_updates() {
     struct Pair {
         rho: f64,
     }

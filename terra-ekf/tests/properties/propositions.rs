@@ -23,7 +23,7 @@ fn step(f: &mut dyn Filter, k: usize) {
 
 /// F3: P symmetric and positive semi-definite at each step, an update never raises P, smoothing never raises it either.
 #[test]
-fn covariances_stay_covariances_and_smoothing_never_raises_them() {
+fn f3_covariances_stay_covariances_and_smoothing_never_raises_them() {
     let space = robot();
     let run = Truth::new(&space, 0.01).run(150, &mut rng(10, 0));
     for entry in FILTERS {
@@ -129,7 +129,7 @@ fn final_belief(
 
 /// F4: a missing row is a row of infinite variance; NaN is missing; a NaN used as a number must fail.
 #[test]
-fn missing_is_infinite_variance() {
+fn f4_missing_is_infinite_variance() {
     use terra_ekf::spaces::longitudinal_robot::*;
     let space = robot();
     let run = Truth::new(&space, 0.01).run(60, &mut rng(12, 0));
@@ -187,7 +187,7 @@ fn missing_is_infinite_variance() {
 
 /// F5: another sensor never raises any variance.
 #[test]
-fn another_sensor_never_raises_a_variance() {
+fn f5_another_sensor_never_raises_a_variance() {
     let space = robot();
     let run = Truth::new(&space, 0.01).run(40, &mut rng(13, 0));
     let (_, all) = final_belief("kf", &run, |_, z| Measurement::full(z));
@@ -207,7 +207,7 @@ fn another_sensor_never_raises_a_variance() {
 /// F6: without process noise the filter is prior-weighted least squares over all samples so far, for every k; with
 /// process noise it must differ.
 #[test]
-fn without_process_noise_it_is_least_squares() {
+fn f6_without_process_noise_it_is_least_squares() {
     use terra_ekf::spaces::longitudinal_robot::*;
     let vehicle = *LongitudinalRobot::light().unwrap().vehicle();
     let still = ProcessNoise {

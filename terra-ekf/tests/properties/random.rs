@@ -132,7 +132,7 @@ proptest! {
     /// F1 and F3: every filter is the Kalman filter; covariances stay positive semi-definite and an update never
     /// raises them.
     #[test]
-    fn every_filter_is_the_kalman_filter((space, rows, dt) in drawn()) {
+    fn f1_and_f3_every_filter_is_the_kalman_filter((space, rows, dt) in drawn()) {
         let shared = any(&space);
         for entry in FILTERS {
             let mut oracle = filter("kf", &shared, FilterConfig::default());
@@ -153,7 +153,7 @@ proptest! {
 
     /// F4: a missing row is a row of infinite variance.
     #[test]
-    fn a_missing_row_is_infinite_variance((space, rows, dt) in drawn()) {
+    fn f4_a_missing_row_is_infinite_variance((space, rows, dt) in drawn()) {
         let run = |space: &Drawn, hide: bool| {
             let mut f = filter("kf", &any(space), FilterConfig::default());
             for (z, dt) in rows.iter().zip(&dt) {
@@ -174,7 +174,7 @@ proptest! {
 
     /// F5: another sensor never raises any variance, in Loewner's order.
     #[test]
-    fn another_sensor_never_hurts((space, rows, dt) in drawn()) {
+    fn f5_another_sensor_never_hurts((space, rows, dt) in drawn()) {
         let mut less = filter("kf", &any(&space), FilterConfig::default());
         let mut more = filter("kf", &any(&space), FilterConfig::default());
         for (z, dt) in rows.iter().zip(&dt) {
@@ -191,7 +191,7 @@ proptest! {
 
     /// F6: without process noise the estimate after every sample is prior-weighted least squares over all so far.
     #[test]
-    fn without_process_noise_it_is_batch_least_squares((space, rows, dt) in drawn()) {
+    fn f6_without_process_noise_it_is_batch_least_squares((space, rows, dt) in drawn()) {
         let mut still = space.clone();
         still.q.fill(0.0);
         let mut f = filter("kf", &any(&still), FilterConfig::default());
@@ -222,7 +222,7 @@ proptest! {
 /// F5's stored counterexample: a robust update is not linear. A second sensor that strays moves the mean, the first then
 /// looks like an outlier and loses its say: the variance rises from 1 to more than 4.
 #[test]
-fn a_robust_update_may_lose_by_another_sensor() {
+fn f5_fails_for_a_robust_update() {
     let space = Drawn {
         a: DMatrix::zeros(1, 1),
         c: DMatrix::from_element(2, 1, 1.0),

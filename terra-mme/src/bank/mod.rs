@@ -5,7 +5,10 @@
 //! soil explains the log.
 
 mod core;
+mod matrix;
 mod motion;
+mod points;
+mod rates;
 mod soil_map;
 mod systematic;
 mod vehicle_filter;
