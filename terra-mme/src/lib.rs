@@ -50,6 +50,7 @@ mod random;
 mod refine;
 mod registry;
 mod residual;
+mod scan;
 mod sets;
 mod split_load;
 mod sufficient;

@@ -116,3 +116,53 @@ fn sentence(offered: &[SystematicCandidate]) -> String {
     let list: Vec<String> = offered.iter().take(3).map(one).collect();
     list.join("; ")
 }
+
+#[cfg(test)]
+mod tests {
+    use terra_model::catalogue;
+    use terra_sim::{EffectSetting, paper, simulate_drive};
+
+    use super::super::{IdentifyOptions, identify_drive};
+    use super::*;
+
+    /// Each systematic error put into a drive makes the alarm ring, and stands first among the causes offered, with the
+    /// right soil under it and a magnitude within three of its own sd.
+    #[test]
+    fn each_systematic_error_is_named() {
+        let registry = Registry::builtin();
+        let rover = paper::light_rover();
+        let soils = catalogue::set("wong21").unwrap();
+        let options = IdentifyOptions {
+            refine: false,
+            ..IdentifyOptions::default()
+        };
+        for (name, magnitude) in [
+            ("slope", 0.05),
+            ("accel-bias", 0.15),
+            ("ground-speed-scale", -0.05),
+            ("torque-scale", 0.1),
+            ("mass-error", 0.1),
+        ] {
+            assert!(SYSTEMATIC.contains(&name));
+            let mut scenario = paper::torque_ramp("upland_sandy_loam", 1).unwrap();
+            scenario.effects = vec![EffectSetting::new(name, magnitude)];
+            let log = simulate_drive(&scenario, &rover, &registry).unwrap().log;
+            let told = identify_drive(&log, &rover, &registry, &soils, &options).unwrap();
+            for g in &told.groups {
+                assert!(g.consistency.alarm, "{name}: {:?}", g.consistency);
+                let offered: Vec<_> = g
+                    .candidates
+                    .iter()
+                    .map(|c| (c.effect, c.magnitude, c.sd, c.log_evidence_gain, &*c.map))
+                    .collect();
+                let first = &g.candidates[0];
+                assert_eq!(first.effect, name, "{offered:?}");
+                assert_eq!(first.map, "upland_sandy_loam", "{name}: {offered:?}");
+                assert!(
+                    (first.magnitude - magnitude).abs() < 3.0 * first.sd,
+                    "{name}: {offered:?}"
+                );
+            }
+        }
+    }
+}
