@@ -124,7 +124,7 @@ fn calibration(name: &str, runs: &[Told]) -> Vec<Figure> {
         });
     }
     // Ten bins of the winner's probability over all looks.
-    let mut bins = [(0.0, 0usize, 0usize); 10];
+    let mut bins = [(0.0, 0usize, 0usize, 0.0); 10];
     let (mut wrong, mut sure) = (0, 0);
     for t in runs {
         for k in LOOK_AT {
@@ -136,6 +136,7 @@ fn calibration(name: &str, runs: &[Told]) -> Vec<Figure> {
             bin.0 += p;
             bin.1 += usize::from(right);
             bin.2 += 1;
+            bin.3 += p * (1.0 - p);
             if p > 0.99 {
                 sure += 1;
                 wrong += usize::from(!right);
@@ -149,6 +150,28 @@ fn calibration(name: &str, runs: &[Told]) -> Vec<Figure> {
         "innovation-bank" => (Some(0.0052), Some(0.0)),
         _ => (None, None),
     };
+    for (k, (sum, good, n, _)) in bins.iter().enumerate().filter(|(_, b)| b.2 > 0) {
+        let mean = sum / *n as f64;
+        let what = format!(
+            "right at p {:.1}-{:.1}, mean p {mean:.3}",
+            0.1 * k as f64,
+            0.1 * (k + 1) as f64
+        );
+        out.push(rate("calibration", name, what, *good, *n, None));
+    }
+    // What answers that are right exactly as often as they say would have: E|Σ (right - p)| of a bin, by its variance.
+    let chance: f64 = bins
+        .iter()
+        .map(|b| (2.0 / std::f64::consts::PI * b.3).sqrt())
+        .sum();
+    out.push(number(
+        "calibration",
+        name,
+        "ECE by chance alone, at least",
+        (all > 0).then(|| chance / all as f64),
+        all,
+        None,
+    ));
     let asked = |bound| judged.then_some(Asked::AtMost(bound));
     out.push(Figure {
         asked: asked(0.01),
