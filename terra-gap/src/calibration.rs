@@ -5,7 +5,8 @@
 //! P_k = (1 - ε) π_k exp(g_k / T) / Σ + ε π_k, g = ln Z - ln Z of the nominal model: with probability ε the evidence says
 //! nothing, as where the truth is no hypothesis at all. Two causes that follow a log together may stand for one of them in
 //! another form, or for what is in no library: a share δ of a pair's probability goes to unknown by one half and by the
-//! other to the part that says more alone. T, ε and δ minimise Σ -ln P(truth); the set is the smallest whose probability
+//! other to the part that says more alone. An effect whose formula had to be left free may stand for one that is in no
+//! library as well: a share of its probability goes to unknown, by choice. T, ε and δ minimise Σ -ln P(truth); the set is the smallest whose probability
 //! reaches the level that held the truth in 90 % of the cases, or else all that the floor leaves; a name needs a gain above the
 //! 95 % quantile of what the best effect gained on cases without any.
 //!
@@ -32,6 +33,9 @@ pub struct Calibration {
     /// δ: how often two causes stand for something else.
     #[serde(default)]
     pub pair_doubt: f64,
+    /// Share of the probability of an effect by a free formula that goes to unknown: a choice, not learned.
+    #[serde(default)]
+    pub free_doubt: f64,
     /// Probability that a set must reach to hold the truth in 90 % of cases.
     pub set_probability: f64,
     /// Gain \[nats\] that the best effect stays below on 95 % of logs without any.
@@ -55,6 +59,9 @@ pub(crate) struct Weight {
     /// Where its two causes stand alone among the answers.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) parts: Option<[usize; 2]>,
+    /// It needs a formula that was left free.
+    #[serde(default)]
+    pub(crate) free: bool,
 }
 
 /// All answers of one diagnosis with their priors and evidences: the causes, then none, then unknown.
@@ -212,6 +219,11 @@ impl Calibration {
                 said[to] += 0.5 * moved;
             }
         }
+        for (k, _) in weights.iter().enumerate().filter(|(_, w)| w.free) {
+            let moved = self.free_doubt * said[k];
+            said[k] -= moved;
+            said[weights.len() - 1] += moved;
+        }
         weights
             .iter()
             .zip(said)
@@ -297,6 +309,7 @@ mod tests {
             temperature: 1.0,
             floor: 0.0,
             pair_doubt: 0.0,
+            free_doubt: 0.0,
             set_probability: 0.9,
             null_gain: 3.0,
             second_gain: 3.0,
@@ -311,6 +324,7 @@ mod tests {
             gain,
             second: false,
             parts: None,
+            free: false,
         }
     }
 
@@ -376,6 +390,7 @@ mod tests {
             gain,
             second: true,
             parts: None,
+            free: false,
         };
         let c = start();
         assert_eq!(c.probabilities(&[single(-1.0, 10.0), pair(12.9)])[1], 0.0);
@@ -393,6 +408,7 @@ mod tests {
                 gain: pair,
                 second: true,
                 parts: Some([0, 1]),
+                free: false,
             };
             let none = single(-2.0, 0.0);
             vec![
@@ -428,6 +444,31 @@ mod tests {
         assert!((pair.iter().sum::<f64>() - 1.0).abs() < 1e-12);
         let one = learned.probabilities(&weights(40.0));
         assert!(one[0] > 0.98, "{learned:?} {one:?}");
+    }
+
+    /// Two fifths of what an effect by a free formula has go to unknown, the last answer, and all else stays.
+    #[test]
+    fn a_free_formula_leaves_a_share_to_unknown() {
+        let half = 0.5f64.ln();
+        let free = Weight {
+            free: true,
+            ..single(half, 40.0)
+        };
+        let weights = [
+            free,
+            single(half, 38.0),
+            single(half, 0.0),
+            single(half, 0.0),
+        ];
+        let plain = start().probabilities(&weights);
+        let doubting = Calibration {
+            free_doubt: 0.4,
+            ..start()
+        };
+        let p = doubting.probabilities(&weights);
+        assert!((p[0] - 0.6 * plain[0]).abs() < 1e-12);
+        assert!((p[3] - plain[3] - 0.4 * plain[0]).abs() < 1e-12);
+        assert_eq!(p[1..3], plain[1..3]);
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 use crate::calibration::{Calibration, Evidence, Weight};
 use crate::evidence::log_sum_exp;
+use crate::forms::FREE;
 use crate::rivals::Rivals;
 use crate::settings::{LogKind, Settings};
 use crate::setup::{ADEQUATE, LOOK_ALIKE};
@@ -134,6 +135,7 @@ impl Answers {
                 second: second(c),
                 // A part that was not weighed by itself leaves its share to unknown.
                 parts: second(c).then(|| parts(c).unwrap_or([last_answer; 2])),
+                free: c.form == FREE,
             })
             .collect();
         let alone = |prior: f64, gain| Weight {
@@ -141,6 +143,7 @@ impl Answers {
             gain,
             second: false,
             parts: None,
+            free: false,
         };
         weights.push(alone(none, 0.0));
         weights.push(alone(unknown, rivals.log_unknown - null.log_evidence));

@@ -9,6 +9,8 @@
 mod free;
 mod term;
 
+pub(crate) use free::FREE;
+
 use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector};
