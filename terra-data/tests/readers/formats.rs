@@ -128,6 +128,29 @@ mod mat {
         }
     }
 
+    /// A text array of 2^31 - 1 rows of no characters: the file has 184 bytes, and its reading must not take 48 GB.
+    #[test]
+    fn rows_without_characters_take_no_room() {
+        let mut file = vec![b' '; 124];
+        file.extend([0, 1, b'I', b'M']);
+        let word = |n: u32| n.to_le_bytes();
+        let mut matrix = vec![];
+        // Class character; dimensions; the name, in its tag; UTF-8, nothing.
+        for n in [6, 8, 4, 0, 5, 8, i32::MAX as u32, 0] {
+            matrix.extend(word(n));
+        }
+        matrix.extend(word((1 << 16) | 1));
+        matrix.extend(*b"a\0\0\0");
+        matrix.extend([word(16), word(0)].concat());
+        file.extend([word(14), word(matrix.len() as u32)].concat());
+        file.extend(matrix);
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("empty.mat");
+        std::fs::write(&path, file).unwrap();
+        let e = import(ImportKind::Mat, &path).unwrap_err();
+        assert!(e.to_string().contains("no vector of numbers"), "{e}");
+    }
+
     #[test]
     fn what_is_no_mat_file_is_said() {
         let e = import(ImportKind::Mat, file("drive.csv")).unwrap_err();

@@ -4,6 +4,8 @@
 mod bad_catalogues;
 mod bad_logs;
 mod bad_rovers;
+#[cfg(feature = "mcap")]
+mod bags;
 mod cmu;
 mod columns;
 mod formats;

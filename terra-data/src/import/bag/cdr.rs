@@ -76,7 +76,8 @@ impl<'a> Cursor<'a> {
 
     fn length(&mut self) -> Result<usize, String> {
         let n = u64::from_le_bytes(self.primitive(4)?);
-        // Every element takes at least one byte, so that a length can be believed before room is made for it.
+        // Every element takes at least one byte, a message without fields too, so that a length can be believed before room is
+        // made for it.
         match usize::try_from(n) {
             Ok(n) if n <= self.body.len() - self.at.min(self.body.len()) => Ok(n),
             _ => Err(format!(
@@ -92,6 +93,10 @@ impl<'a> Cursor<'a> {
             .messages
             .get(name)
             .ok_or_else(|| format!("no definition of {name}"))?;
+        if fields.is_empty() {
+            // ROS 2 gives a message without fields one byte, because a structure without any is none in IDL.
+            self.take(1)?;
+        }
         let values = fields
             .iter()
             .map(|f| Ok((Arc::clone(&f.name), self.field(f)?)))
@@ -202,5 +207,20 @@ mod tests {
         let sequence = Definition::parse("my/msg/S", "float64[] x\n").unwrap();
         let error = read(&sequence, &[0, 1, 0, 0, 0xff, 0xff, 0xff, 0xff]).unwrap_err();
         assert!(error.contains("4294967295"), "{error}");
+    }
+
+    /// A message without fields has the byte `structure_needs_at_least_one_member` (rosidl), so that a definition can ask
+    /// for no more of them than there are bytes.
+    #[test]
+    fn a_message_without_fields_takes_a_byte() {
+        let text = "Nothing a\nuint8 b\nNothing[1000000000000] c\nMSG: my/Nothing\n";
+        let one = text.replace("1000000000000", "1");
+        let one = Definition::parse("my/msg/M", &one).unwrap();
+        let Value::Struct(fields) = read(&one, &[0, 1, 0, 0, 0, 7, 0]).unwrap() else {
+            panic!("not a structure");
+        };
+        assert_eq!(fields[1].1, Value::Number(7.0));
+        let many = Definition::parse("my/msg/M", text).unwrap();
+        assert!(read(&many, &[0, 1, 0, 0, 0, 7, 0]).is_err());
     }
 }

@@ -6,6 +6,9 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+/// Deepest message inside a message.
+const DEEPEST: usize = 20;
+
 /// A type of one value.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {
@@ -66,25 +69,43 @@ impl Definition {
         }
         messages.insert(message, fields);
         let definition = Definition { root, messages };
-        definition.check(&definition.root, 0)?;
+        definition.depth(&definition.root, &mut BTreeMap::new())?;
         Ok(definition)
     }
 
-    /// Every message is there, and none holds itself.
-    fn check(&self, message: &str, depth: usize) -> Result<(), String> {
-        if depth > 20 {
-            return Err(format!("{message} is nested too deep"));
+    /// Every message is there, and none holds itself: how deep one is nested. Each is looked at once, or a few lines that
+    /// name each other would take for ever.
+    fn depth<'a>(
+        &'a self,
+        message: &'a str,
+        known: &mut BTreeMap<&'a str, Option<usize>>,
+    ) -> Result<usize, String> {
+        let too_deep = || format!("{message} is nested too deep");
+        match known.get(message) {
+            Some(Some(depth)) => return Ok(*depth),
+            // It is being looked at: it holds itself.
+            Some(None) => return Err(too_deep()),
+            None => {}
         }
+        if known.values().filter(|d| d.is_none()).count() > DEEPEST {
+            return Err(too_deep());
+        }
+        known.insert(message, None);
         let fields = self
             .messages
             .get(message)
             .ok_or_else(|| format!("no definition of {message}"))?;
+        let mut depth = 0;
         for field in fields {
             if let Kind::Message(inner) = &field.kind {
-                self.check(inner, depth + 1)?;
+                depth = depth.max(1 + self.depth(inner, known)?);
             }
         }
-        Ok(())
+        if depth > DEEPEST {
+            return Err(too_deep());
+        }
+        known.insert(message, Some(depth));
+        Ok(depth)
     }
 }
 
@@ -112,6 +133,7 @@ fn field(line: &str, message: &str) -> Result<Option<Field>, String> {
         Some((kind, size)) => {
             let size = size.trim_end_matches(']');
             match size.parse() {
+                Ok(0) => return Err(format!("{message}: an array of no elements")),
                 Ok(n) => (kind, Many::Fixed(n)),
                 Err(_) if size.is_empty() || size.starts_with("<=") => (kind, Many::Sequence),
                 Err(_) => return Err(format!("{message}: '{size}' is no length of an array")),
@@ -178,5 +200,24 @@ mod tests {
         assert!(Definition::parse("my/msg/A", "A a\n").is_err());
         assert!(Definition::parse("my/msg/A", "float64\n").is_err());
         assert!(Definition::parse("my/msg/A", "float64[x] a\n").is_err());
+        assert!(Definition::parse("my/msg/A", "float64[0] a\n").is_err());
+    }
+
+    /// Twenty messages, each with ten of the next: 10^20 ways down.
+    #[test]
+    fn many_ways_to_one_message_are_looked_at_once() {
+        let chain = |n: usize| {
+            let mut text = String::new();
+            for k in 0..n {
+                for field in 0..10 {
+                    text += &format!("my/M{} f{field}\n", k + 1);
+                }
+                text += &format!("MSG: my/M{}\n", k + 1);
+            }
+            text + "float64 x\n"
+        };
+        assert!(Definition::parse("my/msg/M0", &chain(20)).is_ok());
+        let deep = Definition::parse("my/msg/M0", &chain(21)).unwrap_err();
+        assert!(deep.contains("nested too deep"), "{deep}");
     }
 }

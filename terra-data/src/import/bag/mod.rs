@@ -21,8 +21,10 @@ use map::{Column, Map, Rows};
 use resample::{Method, sample, text_at};
 use stream::{Samples, Topic};
 
-/// Most rows of a log made at a fixed rate: days at a kilohertz.
-const MOST_ROWS: i64 = 100_000_000;
+/// Most rows of a log made at a fixed rate, where that is more than [`MOST_ROWS_A_MESSAGE`] asks for.
+const MOST_ROWS: usize = 100_000;
+/// Most rows to one message: more come of a clock that jumps, not of a log, and would fill the memory.
+const MOST_ROWS_A_MESSAGE: usize = 100;
 
 /// Imports an MCAP bag by a topic map (TOML).
 ///
@@ -107,10 +109,13 @@ fn steady(topics: &[Topic], rate: f64, origin: &Origin) -> Result<Vec<i64>, Data
         return Ok(vec![]);
     };
     let rows = seconds(last.saturating_sub(first)) * rate;
-    if !(0.0..MOST_ROWS as f64).contains(&rows) {
+    let messages: usize = topics.iter().map(|t| t.times.len()).sum();
+    let most = messages.saturating_mul(MOST_ROWS_A_MESSAGE).max(MOST_ROWS);
+    if !(0.0..most as f64).contains(&rows) {
         return Err(origin.fail_file(Problem::Unreadable {
             reason: format!(
-                "the topics share {} s, which is {rows:.0} rows at {rate} Hz",
+                "the topics share {} s, which is {rows:.0} rows at {rate} Hz for {messages} messages; look for a jump of \
+                 the clock, or lower rate_hz",
                 seconds(last.saturating_sub(first))
             ),
         }));

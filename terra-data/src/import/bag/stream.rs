@@ -21,6 +21,9 @@ const LARGEST: usize = 1 << 30;
 /// Most bytes read at once.
 const PIECE: usize = 1 << 20;
 
+/// Furthest time from the epoch \[ns\], in the year 2116: between two such there is a difference.
+const LATEST: u64 = 1 << 62;
+
 /// The samples of one column.
 #[derive(Clone, Debug)]
 pub(crate) enum Samples {
@@ -197,9 +200,12 @@ impl State<'_> {
             })
         };
         let message = message.map_err(&bad)?;
-        let logged = i64::try_from(log_time).map_err(|_| bad("log time out of range".into()))?;
         let stamp = stamp(&message).filter(|_| map.clock == Clock::Header);
-        let time = stamp.unwrap_or(logged);
+        let time = stamp.unwrap_or(i128::from(log_time));
+        let time = i64::try_from(time)
+            .ok()
+            .filter(|t| t.unsigned_abs() <= LATEST)
+            .ok_or_else(|| bad(format!("a time of {time} ns")))?;
         if let Some(&last) = topic.times.last()
             && time <= last
         {
@@ -250,7 +256,7 @@ impl State<'_> {
 }
 
 /// The stamp of a message's header \[ns\].
-fn stamp(message: &Value) -> Option<i64> {
+fn stamp(message: &Value) -> Option<i128> {
     let inside = |v: &'_ Value, name: &str| match v {
         Value::Struct(fields) => fields
             .iter()
@@ -260,7 +266,9 @@ fn stamp(message: &Value) -> Option<i64> {
     };
     let stamp = inside(&inside(message, "header")?, "stamp")?;
     match (inside(&stamp, "sec")?, inside(&stamp, "nanosec")?) {
-        (Value::Number(s), Value::Number(n)) => Some(s as i64 * 1_000_000_000 + n as i64),
+        (Value::Number(s), Value::Number(n)) => {
+            Some(i128::from(s as i64) * 1_000_000_000 + i128::from(n as i64))
+        }
         _ => None,
     }
 }

@@ -98,6 +98,8 @@ fn lines(
     let (kind, data) = bytes.element()?;
     let codes = data.numbers(kind)?;
     expect(name, rows, columns, codes.len())?;
+    // Rows without a character take no bytes, so their number is not to be believed.
+    let rows = if codes.is_empty() { 0 } else { rows };
     let character = |v: f64| char::from_u32(v as u32).unwrap_or(char::REPLACEMENT_CHARACTER);
     let texts = (0..rows)
         .map(|r| {

@@ -10,11 +10,8 @@ import csv
 from pathlib import Path
 
 import numpy as np
-import pyarrow as pa
-import pyarrow.parquet as pq
 from mcap.writer import CompressionType
 from mcap_ros2.writer import Writer
-from scipy.io import savemat
 
 HERE = Path(__file__).parent
 LINE = "=" * 80
@@ -50,8 +47,9 @@ def read():
     return numbers, [r["segment"] for r in rows]
 
 
-def bag(numbers, segments, name, compression):
-    with open(HERE / name, "wb") as file:
+def bag(path, numbers, segments, compression):
+    """A drive as a bag: topics.toml is its map."""
+    with open(path, "wb") as file:
         writer = Writer(file, compression=compression)
         schemas = {k: writer.register_msgdef(k, text) for k, text in DEFINITIONS.items()}
         vector = lambda x=0.0, y=0.0, z=0.0: {"x": x, "y": y, "z": z}  # noqa: E731
@@ -97,9 +95,13 @@ def bag(numbers, segments, name, compression):
 
 
 def main():
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+    from scipy.io import savemat
+
     numbers, segments = read()
-    bag(numbers, segments, "drive.mcap", CompressionType.NONE)
-    bag(numbers, segments, "drive_zstd.mcap", CompressionType.ZSTD)
+    bag(HERE / "drive.mcap", numbers, segments, CompressionType.NONE)
+    bag(HERE / "drive_zstd.mcap", numbers, segments, CompressionType.ZSTD)
     table = pa.table({**numbers, "segment": segments})
     pq.write_table(table, HERE / "drive.parquet", compression="snappy")
     log = {**{k: v.reshape(-1, 1) for k, v in numbers.items()}, "segment": np.array(segments, dtype=object).reshape(-1, 1)}
@@ -109,4 +111,5 @@ def main():
     savemat(HERE / "drive_plain.mat", flat, do_compression=False, long_field_names=True)
 
 
-main()
+if __name__ == "__main__":
+    main()
