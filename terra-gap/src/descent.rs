@@ -30,6 +30,8 @@ const CARRIED: f64 = 1e-2;
 const CONVERGED: f64 = 1e-2;
 /// Promise and gain over so many steps below which such a fit has ended at a kink of the law.
 const KINK: (f64, f64, usize) = (0.1, 0.01, 3);
+/// Promise, and gain over so many steps, below which a fit of a contest creeps on to no purpose: half a unit and a tenth.
+const CREEP: (f64, f64, usize) = (0.5, 0.2, 4);
 /// Misfit per value beyond the noise from which a fit is far from the data.
 const FAR: f64 = 0.3;
 /// Steps over which such a fit must come nearer, and by which share of what is left.
@@ -169,15 +171,18 @@ pub(crate) fn descend<R: Residuals>(
     }
     // One that was given up is only known to be far: a carried Jacobian says as much.
     let given_up = matches!(stop, Stop::GivenUp);
+    let mut converged = matches!(stop, Stop::Down(true));
     if !way.exact && effort != Effort::Carried && !given_up {
         way.renew()?;
+        let model = Model::new(&way.here, &way.j, low, high);
+        converged |= way.promise(&model) < CONVERGED;
     }
     Ok(End {
         x: way.here.x,
         residual: way.here.r,
         jacobian: way.j,
         cost: way.here.cost,
-        converged: matches!(stop, Stop::Down(true)),
+        converged,
         given_up,
     })
 }
@@ -233,6 +238,13 @@ impl<R: Residuals> Way<'_, R> {
         let (small, little, steps) = KINK;
         if self.exact && promise < small && self.gained(steps).is_some_and(|g| g < little) {
             return Some(Stop::Down(promise < CONVERGED));
+        }
+        let (promised, gained, steps) = CREEP;
+        if self.gained(steps).is_some_and(|g| g < gained)
+            && (self.exact || carries)
+            && promise < promised
+        {
+            return Some(Stop::Down(self.exact && promise < CONVERGED));
         }
         let (steps, reach) = REACH;
         match self.effort {

@@ -39,6 +39,7 @@ mod rivals;
 mod roughness;
 mod round;
 mod run;
+mod scout;
 mod screen;
 mod sensor;
 mod settings;

@@ -11,7 +11,7 @@ use crate::roughness;
 use crate::settings::LogKind;
 use crate::setup::Setup;
 use crate::thin::Thin;
-use crate::weigh::again;
+use crate::weigh::{NEAR, again};
 
 /// Slip below which a row counts as braking for the second try: rows at zero slip scatter to both sides.
 const BRAKING: f64 = -0.05;
@@ -76,10 +76,20 @@ fn settle<P: Predictor>(
         .apply_vector(&residual(data, predictor, null, &centre)?)
         .norm_squared();
     let mut starts = starts_of(null, setup.kind);
-    if setup.kind == LogKind::Drive
-        && let Some(thin) = Thin::new(data, &noise)?
-    {
-        starts = vec![thin.end(predictor, null, &starts, None)?];
+    if setup.kind == LogKind::Drive {
+        let thin = Thin::new(data, &noise, Thin::WAY)?;
+        let mut end = thin.end(predictor, null, &starts, None)?;
+        if end.chi2() > NEAR * end.residual.len() as f64 {
+            let held_back = thin.held_back(predictor, null, centre.clone())?;
+            let other = thin.let_go(predictor, null, &held_back)?;
+            if other.cost < end.cost {
+                end = other;
+            }
+        }
+        // A soil that carries the wheel in these windows may not carry it in all.
+        if residual(data, predictor, null, end.x.as_slice()).is_ok() {
+            starts = vec![end.x.as_slice().to_vec()];
+        }
     }
     let fit = |data: &DataSet, noise: &NoiseModel, starts: &[Vec<f64>]| {
         let whitener = noise.whitener(data)?;
@@ -93,18 +103,30 @@ fn settle<P: Predictor>(
             again(setup.kind),
         )
     };
+    // The noise at a soil, with the ground's roughness as a fit leaves it over.
+    let with_roughness = |data: &mut DataSet, at: &[f64], x: &[f64]| {
+        let mut noise = noise_at(data, at)?;
+        if setup.kind == LogKind::Drive {
+            let r = residual(data, predictor, null, x)?;
+            roughness::add(&mut noise, data, setup.rover, &r);
+        }
+        Ok::<_, GapError>(noise)
+    };
     let mut fitted = fit(data, &noise, &starts)?;
     let n = data.len() as f64;
     for _ in 0..2 {
         let x = fitted.x.as_slice().to_vec();
+        let own = with_roughness(data, &x, &x)?;
+        let with_own = fit(data, &own, std::slice::from_ref(&x))?;
         let far = setup.kind == LogKind::Drive && fitted.chi2() > FAR * n;
-        let at = if far { &centre } else { &x };
-        noise = noise_at(data, at)?;
-        if setup.kind == LogKind::Drive {
-            let r = residual(data, predictor, null, &x)?;
-            roughness::add(&mut noise, data, setup.rover, &r);
+        // Unless it is its own noise that brings it near, and explains the data the better.
+        let explains = |f: &Fit| -f.cost - f.log_det;
+        if !far || (with_own.chi2() < NEAR * n && explains(&with_own) > explains(&fitted)) {
+            (noise, fitted) = (own, with_own);
+        } else {
+            noise = with_roughness(data, &centre, &x)?;
+            fitted = fit(data, &noise, &[x])?;
         }
-        fitted = fit(data, &noise, &[x])?;
     }
     Ok((fitted, noise, given))
 }

@@ -9,11 +9,12 @@ use crate::dataset::{DataSet, Predictor};
 use crate::hypothesis::Hypothesis;
 use crate::noise::Whitener;
 use crate::renewal::{Before, out};
+use crate::screen::within_reach;
 use crate::settings::LogKind;
 use crate::setup::Screened;
 use crate::signatures::{Asked, screen_all};
 use crate::starts::start_anew;
-use crate::weigh::{Amplitudes, Weighed, again, contest, weigh, weigh_at};
+use crate::weigh::{Amplitudes, NEAR, Weighed, again, contest, weigh, weigh_at};
 
 /// Screened gain that a second cause of a drive must promise to be fitted: calibrated thresholds ask for more.
 const PARTNER_FROM: f64 = 1.0;
@@ -34,7 +35,7 @@ const SECOND_CAUSE_PLAIN: f64 = 7.5;
 type Job = (usize, usize, Vec<f64>, DMatrix<f64>);
 
 /// The pairs that the tangent at the nominal fit ranks first, where they beat the best single there.
-fn by_screen(null: &Weighed, screen: &[Screened]) -> Vec<Job> {
+fn by_screen(null: &Weighed, screen: &[Screened], in_reach: impl Fn(f64) -> bool) -> Vec<Job> {
     let single = screen
         .iter()
         .map(|s| s.score.log_bayes_factor)
@@ -47,6 +48,7 @@ fn by_screen(null: &Weighed, screen: &[Screened]) -> Vec<Job> {
             }
             if let Some((gain, magnitudes)) = first.score.with(&second.score)
                 && gain > single + PARTNER_FROM
+                && in_reach(gain)
             {
                 found.push((gain, a, b, magnitudes));
             }
@@ -111,6 +113,15 @@ pub(crate) fn confirm_pairs<P: Predictor>(
         let all = || singles.iter().flat_map(|(_, w)| w);
         seeds.retain(|(_, w)| !out(w, all()));
     }
+    let best = singles
+        .iter()
+        .flat_map(|(_, w)| w)
+        .map(|w| w.log_evidence)
+        .fold(f64::NEG_INFINITY, f64::max);
+    // A pair that cannot reach the best single cause has nothing to say.
+    let in_reach = |seed: &Weighed, promised: f64| {
+        seed.chi2_per_value() > NEAR || seed.log_evidence + within_reach(promised) > best
+    };
     let mut jobs: Vec<Job> = seeds
         .iter()
         .flat_map(|(first, weighed)| {
@@ -139,7 +150,9 @@ pub(crate) fn confirm_pairs<P: Predictor>(
                 .into_iter()
                 .take(PAIRS_PER_SEED)
                 .filter(|&k| {
-                    kind != LogKind::Drive || screen[k].score.log_bayes_factor > PARTNER_FROM
+                    let promised = screen[k].score.log_bayes_factor;
+                    kind != LogKind::Drive
+                        || (promised > PARTNER_FROM && in_reach(weighed, promised))
                 })
                 .filter_map(|k| {
                     let second = asked
@@ -154,7 +167,9 @@ pub(crate) fn confirm_pairs<P: Predictor>(
         })
         .collect();
     if kind == LogKind::Drive {
-        jobs.extend(by_screen(null_weighed, screen));
+        jobs.extend(by_screen(null_weighed, screen, |promised| {
+            in_reach(null_weighed, promised)
+        }));
     }
     // One pair of names in one pair of forms, the first.
     let mut seen: Vec<(&str, &str)> = vec![];

@@ -10,6 +10,14 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use crate::evidence::ln_normal_cdf;
 use crate::fit::Fit;
 
+/// How many times what the tangent promises near the data, and how much more, a fit is trusted to gain at most.
+const TRUST: (f64, f64) = (1.3, 10.0);
+
+/// ln B that a fit can be trusted to stay below where the tangent, at a fit near the data, promises so much.
+pub(crate) fn within_reach(promised: f64) -> f64 {
+    TRUST.0 * promised.max(0.0) + TRUST.1
+}
+
 /// The tangent space of a fit, to be projected out.
 pub(crate) struct Tangent {
     jacobian: DMatrix<f64>,

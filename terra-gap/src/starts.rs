@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use terra_model::{AnyEffect, Touch};
 
 use crate::dataset::{DataSet, Predictor};
-use crate::fit::{Effort, fit_near};
+use crate::fit::{Effort, Fit};
 use crate::renewal::out;
 use crate::settings::LogKind;
 use crate::weigh::{Amplitudes, Weighed, weigh};
@@ -15,6 +15,11 @@ const FAR_SOIL: f64 = 3.0;
 const FAR_FIT: f64 = 1.3;
 /// How many of the best singles, and of the best pairs.
 const ANEW: usize = 3;
+
+/// Squared distance in posterior sd between ends on few windows that are one.
+const SAME: f64 = 0.1;
+/// Cost on few windows by which one may be the higher and still be the lower on all.
+const BEHIND: f64 = 20.0;
 
 /// Another start for a fit of a drive: physics at the contact is far from linear, and a one-sided effect can end at its bound
 /// although it is there, the soil having moved the other way. Instruments are nearly linear and need one start.
@@ -79,39 +84,92 @@ pub(crate) fn start_anew<P: Predictor>(
     done.extend(best.iter().map(|w| w.hypothesis.effect_name()));
     best.par_iter_mut().for_each(|w| {
         let h = w.hypothesis.clone();
-        let found = better_of(w.clone(), fresh_start(w, soil), |start| {
-            // With the noise taken ten times larger the prior holds the soil back until the rest is about right.
-            let loose = levels.loose.as_ref()?;
-            let near = fit_near(data, predictor, &h, loose, &start, None, Effort::Carried).ok()?;
-            weigh(
-                data,
-                predictor,
-                &h,
-                levels,
-                &[near.x.as_slice().to_vec()],
-                None,
-                Effort::Contest,
-            )
-            .ok()
+        let found = better_of(w.clone(), fresh_start(w, soil), |start, found| {
+            let windows = levels.thin.as_ref()?;
+            let near = windows.held_back(predictor, &h, start).ok()?;
+            let near = windows.let_go(predictor, &h, &near).ok()?;
+            weigh_elsewhere(data, predictor, levels, found, near.x.as_slice())
         });
         **w = found;
     });
+}
+
+/// Fits and weighs a rival of a drive once more from far away, unless the way down from there leads to where it was found.
+pub(crate) fn weigh_elsewhere<P: Predictor>(
+    data: &DataSet,
+    predictor: &P,
+    amplitudes: &Amplitudes,
+    found: &Weighed,
+    start: &[f64],
+) -> Option<Weighed> {
+    let h = &found.hypothesis;
+    let starts = [start.to_vec()];
+    let weigh = |starts: &[Vec<f64>], effort| {
+        weigh(data, predictor, h, amplitudes, starts, None, effort).ok()
+    };
+    let Some(thin) = &amplitudes.thin else {
+        return weigh(&starts, Effort::Contest);
+    };
+    let other = thin.end(predictor, h, &starts, None).ok()?;
+    let known = thin.end(predictor, h, &[found.plain.x.as_slice().to_vec()], None);
+    if known.is_ok_and(|known| is_no_better(&other, &known)) {
+        return None;
+    }
+    weigh(&[other.x.as_slice().to_vec()], Effort::Again)
+}
+
+/// Whether a fit to few windows ended where another did, or at a cost too much higher to be the lower one on all of them.
+fn is_no_better(other: &Fit, known: &Fit) -> bool {
+    let apart = &other.x - &known.x;
+    let distance = (&known.jacobian * &apart).norm_squared() + apart.norm_squared();
+    // Far from the data few windows speak for all the less.
+    let misfit = known.cost / known.residual.len().max(1) as f64;
+    distance < SAME || other.cost > known.cost + BEHIND * misfit.max(1.0)
 }
 
 /// The best of a fit and those from other starts.
 pub(crate) fn better_of(
     found: Weighed,
     starts: impl IntoIterator<Item = Vec<f64>>,
-    weigh: impl Fn(Vec<f64>) -> Option<Weighed>,
+    weigh: impl Fn(Vec<f64>, &Weighed) -> Option<Weighed>,
 ) -> Weighed {
     starts
         .into_iter()
-        .filter_map(weigh)
-        .fold(found, |best, other| {
-            if other.log_evidence > best.log_evidence {
-                other
-            } else {
-                best
-            }
+        .fold(found, |best, start| match weigh(start, &best) {
+            Some(other) if other.log_evidence > best.log_evidence => other,
+            _ => best,
         })
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{DMatrix, DVector};
+
+    use super::*;
+
+    /// A fit of a straight line, its data three times as certain as its prior: a posterior sd of 1/sqrt(10).
+    fn end(x: f64, cost: f64) -> Fit {
+        Fit {
+            x: DVector::from_element(1, x),
+            residual: DVector::zeros(100),
+            jacobian: DMatrix::from_fn(100, 1, |row, _| if row == 0 { 3.0 } else { 0.0 }),
+            cost,
+            converged: true,
+            given_up: false,
+            log_det: 0.0,
+            at_bound: vec![false],
+        }
+    }
+
+    /// Ends .05 apart are .16 posterior sd apart, and one; ends .5 apart are not, unless one is out of the question.
+    #[test]
+    fn only_another_valley_that_may_be_lower_is_worth_a_fit() {
+        let known = end(0.0, 100.0);
+        assert!(is_no_better(&end(0.05, 100.0), &known));
+        assert!(!is_no_better(&end(0.5, 99.0), &known));
+        assert!(!is_no_better(&end(0.5, 119.0), &known));
+        assert!(is_no_better(&end(0.5, 121.0), &known));
+        // At four times the noise's misfit, up to eighty units higher.
+        assert!(!is_no_better(&end(0.5, 479.0), &end(0.0, 400.0)));
+    }
 }

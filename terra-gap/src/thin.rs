@@ -4,43 +4,57 @@ use nalgebra::DMatrix;
 
 use crate::dataset::{DataSet, Predictor};
 use crate::error::GapError;
-use crate::fit::{Effort, fit_from};
+use crate::fit::{Effort, Fit, fit_from};
 use crate::hypothesis::Hypothesis;
 use crate::noise::{NoiseModel, Whitener};
 
-/// Windows that are kept at least, spread over the whole log.
-const KEPT: usize = 64;
+/// How many times the noise is taken larger where the prior is to hold the soil back: first, and on the way down.
+const LOOSE: [f64; 2] = [10.0, 3.0];
 
 /// Some windows of a log with their noise.
 pub(crate) struct Thin {
     data: DataSet,
     whitener: Whitener,
+    loose: [Whitener; 2],
+    all: bool,
     /// Which of all stacked values they hold; none where the noise ties windows together.
     rows: Option<Vec<usize>>,
 }
 
 impl Thin {
-    /// Every second, third ... window; none where the log is short already.
+    /// Windows for the way of a fit.
+    pub(crate) const WAY: usize = 64;
+    /// Windows to look around on.
+    pub(crate) const SCOUT: usize = 32;
+
+    /// Every second, third ... window, of which at least so many are kept; all of them where the log is short already.
     ///
     /// # Errors
     /// A covariance that is not positive definite.
-    pub(crate) fn new(data: &DataSet, noise: &NoiseModel) -> Result<Option<Self>, GapError> {
-        let every = data.observations.len() / KEPT;
-        if every < 2 {
-            return Ok(None);
-        }
+    pub(crate) fn new(data: &DataSet, noise: &NoiseModel, least: usize) -> Result<Self, GapError> {
+        let every = (data.observations.len() / least).max(1);
         let kept = |i: usize| i % every == every / 2;
         let keep: Vec<usize> = (0..data.observations.len()).filter(|i| kept(*i)).collect();
         let rows = data.stacked().enumerate();
         let rows = rows.filter(|(_, (i, _))| kept(*i)).map(|(row, _)| row);
         let rows = noise.is_separate().then(|| rows.collect());
         let data = data.subset(&keep);
-        let whitener = noise.subset(&keep).whitener(&data)?;
-        Ok(Some(Thin {
+        let noise = noise.subset(&keep);
+        Ok(Thin {
+            whitener: noise.whitener(&data)?,
+            loose: [
+                noise.times(LOOSE[0]).whitener(&data)?,
+                noise.times(LOOSE[1]).whitener(&data)?,
+            ],
+            all: every == 1,
             data,
-            whitener,
             rows,
-        }))
+        })
+    }
+
+    /// Whether no window was left out.
+    pub(crate) fn is_all(&self) -> bool {
+        self.all
     }
 
     /// Where a fit to these windows ends. `guess` is a whitened Jacobian of all values at the first start.
@@ -53,18 +67,58 @@ impl Thin {
         hypothesis: &Hypothesis,
         starts: &[Vec<f64>],
         guess: Option<&DMatrix<f64>>,
-    ) -> Result<Vec<f64>, GapError> {
+    ) -> Result<Fit, GapError> {
         let slopes = guess.zip(self.rows.as_ref());
         let slopes = slopes.map(|(guess, rows)| guess.select_rows(rows));
-        let fit = fit_from(
+        let effort = Effort::Contest;
+        fit_from(
             &self.data,
             predictor,
             hypothesis,
             &self.whitener,
             starts,
             slopes,
-            Effort::Contest,
-        )?;
-        Ok(fit.x.as_slice().to_vec())
+            effort,
+        )
+    }
+
+    /// The same with the noise taken much larger: the prior holds the soil back until the rest is about right.
+    ///
+    /// # Errors
+    /// When the model has no answer at the start.
+    pub(crate) fn held_back<P: Predictor>(
+        &self,
+        predictor: &P,
+        hypothesis: &Hypothesis,
+        start: Vec<f64>,
+    ) -> Result<Fit, GapError> {
+        self.loosely(&self.loose[0], predictor, hypothesis, start)
+    }
+
+    /// From where a fit that was held back ended down to the noise as it is.
+    ///
+    /// # Errors
+    /// As [`held_back`](Self::held_back).
+    pub(crate) fn let_go<P: Predictor>(
+        &self,
+        predictor: &P,
+        hypothesis: &Hypothesis,
+        held_back: &Fit,
+    ) -> Result<Fit, GapError> {
+        let start = held_back.x.as_slice().to_vec();
+        let half_way = self.loosely(&self.loose[1], predictor, hypothesis, start)?;
+        let start = half_way.x.as_slice().to_vec();
+        self.end(predictor, hypothesis, &[start], None)
+    }
+
+    fn loosely<P: Predictor>(
+        &self,
+        noise: &Whitener,
+        predictor: &P,
+        hypothesis: &Hypothesis,
+        start: Vec<f64>,
+    ) -> Result<Fit, GapError> {
+        let (data, effort) = (&self.data, Effort::Carried);
+        fit_from(data, predictor, hypothesis, noise, &[start], None, effort)
     }
 }

@@ -8,12 +8,14 @@ use nalgebra::DMatrix;
 use crate::dataset::{DataSet, Predictor};
 use crate::error::GapError;
 use crate::evidence::{Posterior, log_sum_exp, posterior};
-use crate::fit::{Effort, Fit, evaluate, fit_from};
+use crate::fit::{Effort, Fit, evaluate, fit_from, residual};
 use crate::hypothesis::Hypothesis;
 use crate::noise::{NoiseModel, Whitener};
 use crate::settings::LogKind;
 use crate::thin::Thin;
 
+/// Misfit per value up to which a start is near the data.
+pub(crate) const NEAR: f64 = 1.3;
 /// Amplitudes of the discrepancy with their prior weights.
 pub(crate) fn amplitudes(kind: LogKind) -> &'static [(f64, f64)] {
     match kind {
@@ -36,10 +38,10 @@ pub(crate) struct Amplitudes {
     levels: Vec<(f64, f64, Whitener)>,
     /// Noise without any discrepancy.
     plain: Whitener,
-    /// Ten times that noise, for a drive.
-    pub(crate) loose: Option<Whitener>,
+    /// Windows to look around on, in a drive.
+    pub(crate) scout: Option<Thin>,
     /// Where a drive's fits from far begin.
-    thin: Option<Thin>,
+    pub(crate) thin: Option<Thin>,
 }
 
 impl Amplitudes {
@@ -55,12 +57,12 @@ impl Amplitudes {
         Ok(Amplitudes {
             levels,
             plain: noise.whitener(data)?,
-            loose: match kind {
-                LogKind::Drive => Some(noise.times(10.0).whitener(data)?),
+            scout: match kind {
+                LogKind::Drive => Some(Thin::new(data, noise, Thin::SCOUT)?),
                 LogKind::Rig | LogKind::Kinematic => None,
             },
             thin: match kind {
-                LogKind::Drive => Thin::new(data, noise)?,
+                LogKind::Drive => Some(Thin::new(data, noise, Thin::WAY)?),
                 LogKind::Rig | LogKind::Kinematic => None,
             },
         })
@@ -145,6 +147,21 @@ pub(crate) fn weigh_at<P: Predictor>(
     })
 }
 
+/// Whether the first start is near the data already.
+fn is_near<P: Predictor>(
+    data: &DataSet,
+    predictor: &P,
+    hypothesis: &Hypothesis,
+    amplitudes: &Amplitudes,
+    starts: &[Vec<f64>],
+) -> bool {
+    let r = starts
+        .first()
+        .and_then(|x| residual(data, predictor, hypothesis, x).ok());
+    let chi2 = r.map(|r| amplitudes.plain.apply_vector(&r).norm_squared());
+    chi2.is_some_and(|chi2| chi2 < NEAR * data.len() as f64)
+}
+
 /// Fits and weighs a rival from the given starts; `guess` is a Jacobian at the first, whitened by the noise alone.
 ///
 /// # Errors
@@ -162,9 +179,16 @@ pub(crate) fn weigh<P: Predictor>(
     let mut terms = vec![];
     let mut guess = guess;
     let (mut from, mut effort) = (starts.to_vec(), effort);
-    if let (Effort::Contest, Some(thin)) = (effort, &amplitudes.thin) {
-        from = vec![thin.end(predictor, hypothesis, &from, guess.take().as_ref())?];
-        effort = Effort::Again;
+    if let (Effort::Contest, Some(thin)) = (effort, &amplitudes.thin)
+        && !thin.is_all()
+        && !is_near(data, predictor, hypothesis, amplitudes, starts)
+    {
+        let end = thin.end(predictor, hypothesis, &from, guess.take().as_ref())?;
+        // A soil that carries the wheel in these windows may not carry it in all.
+        if residual(data, predictor, hypothesis, end.x.as_slice()).is_ok() {
+            from = vec![end.x.as_slice().to_vec()];
+            effort = Effort::Again;
+        }
     }
     // A large discrepancy leaves one smooth way down, so all starts are tried there; the ends of that way start the others.
     let smallest = amplitudes.levels.first().map(|l| l.0);

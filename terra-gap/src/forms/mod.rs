@@ -21,7 +21,7 @@ use crate::dataset::{DataSet, Predictor};
 use crate::fit::{Fit, evaluate_from};
 use crate::hypothesis::Hypothesis;
 use crate::noise::Whitener;
-use crate::screen::Tangent;
+use crate::screen::{Tangent, within_reach};
 use crate::setup::{Screened, Setup};
 use crate::weigh::{Amplitudes, Weighed, contest, weigh};
 
@@ -37,8 +37,6 @@ const CAUSES: usize = 3;
 const TERMS: [usize; 2] = [4, 6];
 /// Screened gain beyond its price \[nats\] that a term must promise.
 const TERM_FROM: f64 = 2.0;
-/// How many times what its terms promise, and how much more, a fit is trusted to gain.
-const TRUST: (f64, f64) = (1.3, 10.0);
 /// Gain \[nats\] of the best single cause from which its formula can be asked about at all.
 const EFFECT: f64 = 6.0;
 /// Nats that it must be behind another answer.
@@ -166,7 +164,7 @@ fn reshape<P: Predictor>(
         let Some((guess, promised)) = shape.choose(ground, &from.plain, most) else {
             break;
         };
-        if from.log_evidence + TRUST.0 * promised + TRUST.1 < rival {
+        if from.log_evidence + within_reach(promised) < rival {
             break;
         }
         let h = shape.hypothesis(ground.null, &[])?;

@@ -1,0 +1,59 @@
+//! Which single effects can explain a drive that the nominal law is far from.
+//!
+//! A soil that was fitted without the missing effect lies in a corner, where neither the tangent nor a way down says much of
+//! what an effect can do. So every effect is looked at from the prior centre, on few windows: first with the noise taken much
+//! larger, which lets the effect do its part before the soil does, then with the noise as it is.
+
+use std::sync::Arc;
+
+use rayon::prelude::*;
+use terra_model::AnyEffect;
+
+use crate::dataset::Predictor;
+use crate::fit::Fit;
+use crate::hypothesis::Hypothesis;
+use crate::signatures::Asked;
+use crate::thin::Thin;
+
+/// Effects that are looked at with the noise as it is.
+const CLOSER: usize = 10;
+/// Prior sd at which a one-sided effect begins: at its bound it may never leave.
+const ONE_SIDED: f64 = 0.5;
+
+/// The effects that come nearest to the data, best first, each with where it was found: as many as asked for.
+pub(crate) fn scout<P: Predictor>(
+    predictor: &P,
+    null: &Hypothesis,
+    windows: &Thin,
+    asked: &Asked,
+    best: usize,
+) -> Vec<(usize, Vec<f64>)> {
+    let from_centre = |(k, effect): (usize, &Arc<dyn AnyEffect>)| {
+        let h = null.with(Arc::clone(effect)).ok()?;
+        let mut start = vec![0.0; null.len()];
+        let one_sided = effect.params().first().is_some_and(|p| p.one_sided());
+        start.resize(h.len(), if one_sided { ONE_SIDED } else { 0.0 });
+        Some((k, windows.held_back(predictor, &h, start).ok()?))
+    };
+    let mut found: Vec<(usize, Fit)> = asked
+        .par_iter()
+        .enumerate()
+        .filter_map(from_centre)
+        .collect();
+    nearest(&mut found, CLOSER);
+    let closer = |(k, far): (usize, Fit)| {
+        let h = null.with(Arc::clone(&asked[k])).ok()?;
+        Some((k, windows.let_go(predictor, &h, &far).ok()?))
+    };
+    let mut found: Vec<(usize, Fit)> = found.into_par_iter().filter_map(closer).collect();
+    nearest(&mut found, best);
+    found
+        .into_iter()
+        .map(|(k, fit)| (k, fit.x.as_slice().to_vec()))
+        .collect()
+}
+
+fn nearest(found: &mut Vec<(usize, Fit)>, most: usize) {
+    found.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
+    found.truncate(most);
+}
