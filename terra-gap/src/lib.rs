@@ -13,6 +13,7 @@ mod candidates;
 mod cause;
 mod closing;
 mod confirm;
+mod contenders;
 mod contrast;
 mod dataset;
 mod decide;
