@@ -198,6 +198,12 @@ pub(crate) enum Command {
         #[arg(long)]
         out: Option<PathBuf>,
     },
+    /// A page of Markdown for every model and effect, made from what is registered.
+    Pages {
+        /// Folder for the pages; those of the same name are replaced.
+        #[arg(long)]
+        out: PathBuf,
+    },
     /// Shell completions.
     Completions {
         /// Shell.

@@ -1,5 +1,8 @@
 //! What is registered, as text and as JSON; shell completions; help.
 
+use std::fs;
+use std::path::Path;
+
 use terra::model::{Registry, catalogue};
 
 use crate::support::{folder, list, terra, text};
@@ -144,4 +147,41 @@ fn completions_and_help() {
                 .is_empty()
         );
     }
+}
+
+/// The book's pages of models and effects are those of the registry, and each stands in its contents.
+#[test]
+fn the_books_pages_are_those_of_the_registry() {
+    let folder = folder("pages");
+    terra(&folder, "pages --out made").ok();
+    let book = Path::new(env!("CARGO_MANIFEST_DIR")).join("book/src");
+    let contents = fs::read_to_string(book.join("SUMMARY.md")).unwrap();
+    let mut made = 0;
+    for part in ["", "models", "effects"] {
+        for entry in fs::read_dir(folder.join("made").join(part)).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                continue;
+            }
+            let file = Path::new(part).join(path.file_name().unwrap());
+            let name = file.to_str().unwrap();
+            let here = fs::read_to_string(book.join(&file)).unwrap_or_default();
+            let found = fs::read_to_string(&path).unwrap();
+            assert!(found == here, "{name}: run `terra pages --out book/src`");
+            assert!(
+                contents.contains(&format!("({name})")),
+                "{name} is not in SUMMARY.md"
+            );
+            made += 1;
+        }
+    }
+    let registry = Registry::builtin();
+    let models = registry.models().len() + registry.named_models().len();
+    assert!(made >= 2 + models + 34, "{made}");
+    let stale = ["models", "effects"].map(|part| fs::read_dir(book.join(part)).unwrap().count());
+    assert_eq!(
+        stale.iter().sum::<usize>() + 2,
+        made,
+        "a page of something that is gone"
+    );
 }

@@ -28,7 +28,9 @@ fn param(p: &Param) -> Value {
 }
 
 /// Every model that has a name of its own, and whether a diagnosis weighs it as a rival structure.
-fn named_models(registry: &Registry) -> impl Iterator<Item = (&Arc<dyn AnyModel>, bool)> {
+pub(crate) fn named_models(
+    registry: &Registry,
+) -> impl Iterator<Item = (&Arc<dyn AnyModel>, bool)> {
     let rivals = registry.models().iter().map(|m| (m, true));
     rivals.chain(registry.named_models().iter().map(|m| (m, false)))
 }
@@ -135,7 +137,7 @@ pub(crate) fn models(as_json: bool) -> Result<(), CliError> {
 }
 
 /// Every form of the effects, and whether a diagnosis tries it: those of the registry it does, the other forms not.
-fn forms(registry: &Registry) -> Vec<(Arc<dyn AnyEffect>, bool)> {
+pub(crate) fn forms(registry: &Registry) -> Vec<(Arc<dyn AnyEffect>, bool)> {
     let others = Registry::empty().with_forms();
     let tried = registry.effects().iter().map(|e| (e.clone(), true));
     let known = |e: &Arc<dyn AnyEffect>| {

@@ -21,6 +21,7 @@ pub(crate) mod import;
 mod init;
 pub(crate) mod inspect;
 pub(crate) mod lists;
+mod pages;
 pub(crate) mod simulate;
 mod sweep;
 pub(crate) mod wheel;
@@ -136,6 +137,7 @@ pub(crate) fn dispatch(args: Args) -> Result<(), CliError> {
             tables,
             json,
         }) => campaign::run_reproduction(runs as usize, seed, &tables, json.as_deref(), quiet),
+        Command::Pages { out } => pages::run(&out),
         Command::Completions { shell } => {
             let mut text = Vec::new();
             clap_complete::generate(shell, &mut Args::command(), "terra", &mut text);
