@@ -184,5 +184,6 @@ fn tangent_only(hypothesis: Hypothesis, null: &Weighed, score: &Score) -> Weighe
         posterior,
         plain: fit.clone(),
         fit,
+        fitted: false,
     }
 }

@@ -15,12 +15,12 @@ const OUT: (f64, f64) = (3.0, 100.0);
 pub(crate) struct Before<'a>(pub(crate) &'a Round);
 
 impl<'a> Before<'a> {
-    /// What it found for one effect.
+    /// What it found for one effect that it fitted.
     pub(crate) fn single(self, effect: &dyn AnyEffect) -> Option<&'a Weighed> {
         let same = |s: &Screened| s.name == effect.name() && s.form == effect.form();
         let mut singles = self.0.singles.iter();
         let (_, found) = singles.find(|(k, _)| same(&self.0.screen[*k]))?;
-        found.first()
+        found.first().filter(|w| w.fitted)
     }
 
     /// What it found for two effects, in whatever order and forms.

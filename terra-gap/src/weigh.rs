@@ -86,6 +86,8 @@ pub struct Weighed {
     pub plain: Fit,
     /// ln Z of that fit.
     pub plain_log_evidence: f64,
+    /// False where the law was not fitted, but its tangent at the nominal fit taken for it.
+    pub fitted: bool,
 }
 
 impl Weighed {
@@ -144,6 +146,7 @@ pub(crate) fn weigh_at<P: Predictor>(
         posterior,
         plain: fit.clone(),
         fit,
+        fitted: true,
     })
 }
 
@@ -227,5 +230,6 @@ pub(crate) fn weigh<P: Predictor>(
         log_evidence: log_sum_exp(terms),
         plain,
         plain_log_evidence,
+        fitted: true,
     })
 }
