@@ -11,7 +11,9 @@ import terra
 
 # A diagnosis calibrated on its own design takes minutes.
 LONG = """
-import sys, terra
+import signal, sys, terra
+# What a shell starts in the background is born deaf to the signal.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 print("ready", flush=True)
 try:
     terra.gap(sys.argv[1], sys.argv[2], calibrate=1000)

@@ -6,15 +6,47 @@ use std::path::PathBuf;
 use crate::check::Outcome;
 use crate::shell::{cargo, command, output, root, run};
 
+/// What the step needs beside a Python: the first of each is its name on the package index, the second as it is imported.
+const NEEDED: [(&str, &str); 4] = [
+    ("maturin>=1.7,<2", "maturin"),
+    ("numpy>=1.24", "numpy"),
+    ("pytest", "pytest"),
+    ("dask[distributed]", "dask.distributed"),
+];
+
+/// A Python with all that is needed: the one at hand, or an environment of its own beside the build.
+fn interpreter() -> Result<String, &'static str> {
+    let imports = NEEDED.map(|(_, module)| module).join(", ");
+    let complete = |python: &str| {
+        let imports = format!("import pip, {imports}");
+        output(&mut command(python, &["-c", &imports])).is_ok()
+    };
+    let usual = "python3".to_owned();
+    if complete(&usual) {
+        return Ok(usual);
+    }
+    let folder = root().join("target/python/venv");
+    let own = folder.join("bin/python").to_string_lossy().into_owned();
+    if complete(&own) {
+        return Ok(own);
+    }
+    let folder = folder.to_string_lossy();
+    output(&mut command(&usual, &["-m", "venv", &folder]))
+        .map_err(|_| "there is no python3 that makes environments")?;
+    let mut install = vec!["-m", "pip", "install", "--quiet"];
+    install.extend(NEEDED.map(|(package, _)| package));
+    output(&mut command(&own, &install))
+        .map_err(|_| "maturin, numpy, pytest and dask are neither here nor to be had by pip")?;
+    Ok(own)
+}
+
 /// Lints and documents the crate, builds a wheel with the flags of all other steps, and runs its tests on that wheel.
 pub(crate) fn check() -> Result<Outcome, String> {
-    let modules = ["-c", "import maturin, numpy, pip, pytest"];
-    if output(&mut command("python3", &modules)).is_err() {
-        return Ok(Outcome::Skipped(
-            "python3 with maturin, numpy, pip and pytest is not here",
-        ));
-    }
-    run(&mut cargo(&[
+    let python = match interpreter() {
+        Ok(python) => python,
+        Err(why) => return Ok(Outcome::Skipped(why)),
+    };
+    run(cargo(&[
         "clippy",
         "--package",
         "terra-py",
@@ -22,16 +54,19 @@ pub(crate) fn check() -> Result<Outcome, String> {
         "--",
         "-D",
         "warnings",
-    ]))?;
+    ])
+    .env("PYO3_PYTHON", &python))?;
     let doc = ["doc", "--package", "terra-py", "--no-deps"];
-    run(cargo(&doc).env("RUSTDOCFLAGS", "-D warnings"))?;
+    run(cargo(&doc)
+        .env("RUSTDOCFLAGS", "-D warnings")
+        .env("PYO3_PYTHON", &python))?;
     // What its answers are compared with.
     run(&mut cargo(&["build", "--package", "terra"]))?;
-    let wheel = wheel()?;
+    let wheel = wheel(&python)?;
     let site = root().join("target/python/site");
     let site = site.to_string_lossy();
     run(&mut command(
-        "python3",
+        &python,
         &[
             "-m",
             "pip",
@@ -45,20 +80,20 @@ pub(crate) fn check() -> Result<Outcome, String> {
             &wheel,
         ],
     ))?;
-    run(command("python3", &["-m", "pytest", "--quiet", "-rs"])
+    run(command(&python, &["-m", "pytest", "--quiet", "-rs"])
         .env("PYTHONPATH", site.as_ref())
         .env("PYTHONDONTWRITEBYTECODE", "1"))?;
     Ok(Outcome::Passed)
 }
 
 /// Builds the wheel and gives its path.
-fn wheel() -> Result<String, String> {
+fn wheel(python: &str) -> Result<String, String> {
     let folder: PathBuf = root().join("target/python/wheels");
     // One wheel only, so that it is known which is new.
     let _ = fs::remove_dir_all(&folder);
     let to = folder.to_string_lossy();
     run(&mut command(
-        "python3",
+        python,
         &[
             "-m",
             "maturin",
