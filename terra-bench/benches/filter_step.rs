@@ -30,6 +30,17 @@ fn filter_step(c: &mut Criterion) {
             check_belief(name, filter.belief(), &log.reference(k).unwrap()).unwrap();
         }
     }
+    let mut lanes = log.lanes().unwrap();
+    let mut k = 0;
+    group.bench_function("lanes", |b| {
+        b.iter(|| {
+            log.step_lanes(black_box(&mut lanes), k, false).unwrap();
+            k += 1;
+        });
+    });
+    if k <= 20_000 {
+        check_belief("lanes", &lanes.belief(), &log.reference(k).unwrap()).unwrap();
+    }
     // The robust update weighs samples down, so only the plain filters have a closed reference.
     let mut robust = log.filter("block", true).unwrap();
     let mut k = 0;

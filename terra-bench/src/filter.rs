@@ -11,7 +11,8 @@ use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector};
 use terra_ekf::{
-    AnyStateSpace, Filter, FilterConfig, Gaussian, Measurement, Registry, Robust, discretise,
+    AnyStateSpace, Filter, FilterConfig, Gaussian, LaneFilter, Measurement, Registry, Robust,
+    discretise,
 };
 
 use crate::error::{BenchError, check};
@@ -132,6 +133,33 @@ impl Log {
         Ok(Registry::builtin().filter(name, Arc::clone(&self.space), config)?)
     }
 
+    /// The block filter that keeps no accounts, at the prior.
+    ///
+    /// # Errors
+    /// [`BenchError::Filter`].
+    pub fn lanes(&self) -> Result<LaneFilter, BenchError> {
+        Ok(LaneFilter::new(Arc::clone(&self.space))?)
+    }
+
+    /// One prediction and one update of it with sample `k`, which wraps around; `scored` with NIS and likelihood.
+    ///
+    /// # Errors
+    /// [`BenchError::Filter`].
+    pub fn step_lanes(
+        &self,
+        filter: &mut LaneFilter,
+        k: usize,
+        scored: bool,
+    ) -> Result<f64, BenchError> {
+        let k = k % SAMPLES;
+        filter.predict(&self.inputs[k], DT)?;
+        if scored {
+            return Ok(filter.update_scored(&self.samples[k])?.log_likelihood);
+        }
+        filter.update(&self.samples[k])?;
+        Ok(0.0)
+    }
+
     /// One prediction and one update with sample `k`, which wraps around.
     ///
     /// # Errors
@@ -210,6 +238,17 @@ mod tests {
         for name in ["block", "kf", "ekf"] {
             check_belief(name, &run(&log, name, steps), &reference).unwrap();
         }
+    }
+
+    #[test]
+    fn lanes_agree_with_the_textbook_filter() {
+        let log = Log::new().unwrap();
+        let mut filter = log.lanes().unwrap();
+        for k in 0..SAMPLES + 20 {
+            log.step_lanes(&mut filter, k, k % 2 == 0).unwrap();
+        }
+        let reference = log.reference(SAMPLES + 20).unwrap();
+        check_belief("lanes", &filter.belief(), &reference).unwrap();
     }
 
     #[test]

@@ -11,6 +11,7 @@
 
 use statrs::distribution::{ContinuousCDF, Normal};
 
+use crate::channels::Channels;
 use crate::measurement::Innovation;
 
 /// What the numbers say.
@@ -36,7 +37,7 @@ pub struct Consistency {
     lag_sum: f64,
     lag_squares: f64,
     lag_count: usize,
-    last: Vec<Option<f64>>,
+    last: Channels,
 }
 
 impl Consistency {
@@ -49,7 +50,7 @@ impl Consistency {
     pub fn add(&mut self, innovation: &Innovation) {
         self.sum += innovation.nis;
         self.dof += innovation.dof;
-        for (now, before) in innovation.whitened.iter().zip(&self.last) {
+        for (now, before) in innovation.whitened.iter().zip(self.last.iter()) {
             if let (Some(now), Some(before)) = (now, before) {
                 self.lag_sum += now * before;
                 self.lag_squares += 0.5 * (now * now + before * before);
@@ -67,7 +68,7 @@ impl Consistency {
 
     /// A new run begins: no correlation across the boundary.
     pub fn new_run(&mut self) {
-        self.last.clear();
+        self.last = Channels::default();
     }
 
     /// Values taken in.

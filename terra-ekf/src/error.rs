@@ -43,6 +43,18 @@ pub enum FilterError {
         /// State space.
         space: &'static str,
     },
+    /// A state space whose independent groups are too large to lie side by side.
+    #[error(
+        "filter lanes needs groups of at most 3 states and 2 channels with independent noise; {space} has one of {states} states and {channels} channels"
+    )]
+    NoLanes {
+        /// State space.
+        space: &'static str,
+        /// States of its largest group.
+        states: usize,
+        /// Channels of its best seen group.
+        channels: usize,
+    },
     /// A time step that is zero, negative or not finite.
     #[error("time step {dt} s at t = {time} s, expected a positive one")]
     TimeStep {

@@ -1,6 +1,7 @@
 #![doc = include_str!("intro.md")]
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::panic))]
 
+mod channels;
 mod config;
 mod consistency;
 mod derived;
@@ -19,6 +20,7 @@ mod state_space;
 mod structure;
 mod update;
 
+pub use channels::Channels;
 pub use config::{FilterConfig, Particles, Robust, RobustLaw, Unscented, UpdateForm};
 pub use consistency::{Consistency, Verdict};
 pub use derived::{
@@ -28,8 +30,8 @@ pub use discretise::{Discrete, discretise};
 pub use error::FilterError;
 pub use filter::Filter;
 pub use filters::{
-    BlockFilter, DenseFilter, Extended, Factor, Factored, Iterated, Linear, Particle, SigmaPoint,
-    SquareRoot, UnitDiagonal,
+    BlockFilter, DenseFilter, Extended, Factor, Factored, Iterated, LaneFilter, Linear, Particle,
+    Score, SigmaPoint, SquareRoot, UnitDiagonal,
 };
 pub use gaussian::Gaussian;
 pub use log::{

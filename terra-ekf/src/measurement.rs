@@ -1,26 +1,27 @@
 //! What goes into an update and what comes out of it.
 
+use crate::channels::Channels;
+
 /// One sample of all channels. A missing channel is `None`: its row is dropped from the update.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Measurement {
-    values: Vec<Option<f64>>,
+    values: Channels,
 }
 
 impl Measurement {
     /// A sample with missing channels; a number that is not finite counts as missing.
     pub fn new(values: &[Option<f64>]) -> Self {
+        let finite = |v: &Option<f64>| v.filter(|x| x.is_finite());
         Measurement {
-            values: values.iter().map(|v| v.filter(|x| x.is_finite())).collect(),
+            values: values.iter().map(finite).collect(),
         }
     }
 
     /// A sample of all channels; NaN and infinity count as missing.
     pub fn full(values: &[f64]) -> Self {
+        let finite = |v: &f64| Some(*v).filter(|x| x.is_finite());
         Measurement {
-            values: values
-                .iter()
-                .map(|&v| Some(v).filter(|x| x.is_finite()))
-                .collect(),
+            values: values.iter().map(finite).collect(),
         }
     }
 
@@ -36,14 +37,17 @@ impl Measurement {
 
     /// One channel.
     pub fn get(&self, channel: usize) -> Option<f64> {
-        self.values.get(channel).copied().flatten()
+        self.values.get(channel)
     }
 
     /// The channels that are there, ascending.
     pub fn present(&self) -> Vec<usize> {
-        (0..self.values.len())
-            .filter(|&i| self.values[i].is_some())
-            .collect()
+        self.values.present().collect()
+    }
+
+    /// Channel after channel, NaN where one is missing.
+    pub(crate) fn as_slice(&self) -> &[f64] {
+        self.values.as_slice()
     }
 }
 
@@ -56,15 +60,15 @@ impl Measurement {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Innovation {
     /// ν = z - predicted z, unit of z; `None` where the channel is missing.
-    pub residual: Vec<Option<f64>>,
+    pub residual: Channels,
     /// sqrt(S_ii), unit of z.
-    pub sd: Vec<Option<f64>>,
+    pub sd: Channels,
     /// L⁻¹ ν with S = L Lᵀ over the channels present, in their order: standard normal.
-    pub whitened: Vec<Option<f64>>,
+    pub whitened: Channels,
     /// |ν_i| / (gate sqrt(S_ii)): above 1 the channel is outside its gate.
-    pub ratio: Vec<Option<f64>>,
+    pub ratio: Channels,
     /// S_ii used in the robust update over the nominal S_ii; 1 without robust update.
-    pub inflation: Vec<Option<f64>>,
+    pub inflation: Channels,
     /// νᵀ S⁻¹ ν.
     pub nis: f64,
     /// Channels used.
@@ -82,19 +86,18 @@ impl Innovation {
     /// No channel present.
     pub(crate) fn empty(channels: usize) -> Self {
         Innovation {
-            residual: vec![None; channels],
-            sd: vec![None; channels],
-            whitened: vec![None; channels],
-            ratio: vec![None; channels],
-            inflation: vec![None; channels],
+            residual: Channels::none(channels),
+            sd: Channels::none(channels),
+            whitened: Channels::none(channels),
+            ratio: Channels::none(channels),
+            inflation: Channels::none(channels),
             ..Innovation::default()
         }
     }
 
     /// Channels outside their gate.
     pub fn outside_gate(&self) -> Vec<usize> {
-        (0..self.ratio.len())
-            .filter(|&i| self.ratio[i].is_some_and(|r| r > 1.0))
-            .collect()
+        let outside = |i: &usize| self.ratio.get(*i).is_some_and(|r| r > 1.0);
+        (0..self.ratio.len()).filter(outside).collect()
     }
 }

@@ -99,9 +99,9 @@ impl Watch {
         self.resets[channel] += 1;
     }
 
-    /// True while a channel is being rejected.
-    pub(crate) fn rejects(&self, channel: usize) -> bool {
-        self.rejected_for[channel].is_some()
+    /// True while any channel is being rejected.
+    pub(crate) fn rejects_any(&self) -> bool {
+        self.rejected_for.iter().any(Option::is_some)
     }
 
     /// True when it has been for so long that it has lost its say. The prediction it is compared with grows vaguer all
@@ -213,7 +213,7 @@ pub(crate) fn drop_absurd(
         } else if config.robust.is_none() {
             return Err((row, e));
         } else {
-            innovation.ratio[row] = Some(e / config.gate);
+            innovation.ratio.set(row, e / config.gate);
             innovation.dropped.push(row);
         }
     }
@@ -234,10 +234,10 @@ pub(crate) fn describe(
     for (k, &row) in rows.iter().enumerate() {
         let sd = s_diagonal[k].max(0.0).sqrt();
         let e = if sd > 0.0 { residual[k] / sd } else { 0.0 };
-        innovation.residual[row] = Some(residual[k]);
-        innovation.sd[row] = Some(sd);
-        innovation.ratio[row] = Some(e.abs() / gate);
-        innovation.inflation[row] = Some(1.0);
+        innovation.residual.set(row, residual[k]);
+        innovation.sd.set(row, sd);
+        innovation.ratio.set(row, e.abs() / gate);
+        innovation.inflation.set(row, 1.0);
         normal.push(e);
     }
     normal

@@ -64,6 +64,11 @@ pub trait StateSpace: Send + Sync + 'static {
     fn linear(&self) -> bool {
         false
     }
+    /// True when f is affine in u too, with coefficients that no x changes: f(x, u) = f(x, 0) + B u. A fast filter then need
+    /// not ask for f at every step.
+    fn affine_input(&self) -> bool {
+        false
+    }
     /// Which states are independent of each other.
     fn blocks(&self) -> Blocks {
         Blocks::Dense
@@ -117,6 +122,8 @@ pub trait AnyStateSpace: StateSpaceAt<f64> + StateSpaceAt<Dual8> {
     fn prior(&self) -> Gaussian;
     /// See [`StateSpace::linear`].
     fn is_linear(&self) -> bool;
+    /// See [`StateSpace::affine_input`].
+    fn affine_input(&self) -> bool;
     /// See [`StateSpace::blocks`].
     fn blocks(&self) -> Blocks;
 }
@@ -154,6 +161,9 @@ impl<S: StateSpace> AnyStateSpace for S {
     }
     fn is_linear(&self) -> bool {
         self.linear()
+    }
+    fn affine_input(&self) -> bool {
+        StateSpace::affine_input(self)
     }
     fn blocks(&self) -> Blocks {
         StateSpace::blocks(self)

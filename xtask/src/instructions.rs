@@ -42,6 +42,19 @@ const KERNELS: &[Kernel] = &[
     kernel("jacobian", 2, 6, "forces with 10 derivatives"),
     kernel("drive", 1, 3, "2 s of four wheels, 1e-6"),
     kernel("drive-log", 1, 3, "the same with load transfer and sensors"),
+    kernel("filter-lanes", 200, 600, "filter step, mean and covariance"),
+    kernel(
+        "filter-lanes-scored",
+        200,
+        600,
+        "filter step, with NIS and likelihood",
+    ),
+    kernel(
+        "filter-lanes-belief",
+        200,
+        600,
+        "filter step, in one matrix",
+    ),
     kernel("filter-block", 200, 600, "filter step, block"),
     kernel(
         "filter-block-robust",

@@ -11,7 +11,7 @@ use kfilter::measurement::LinearMeasurement;
 use kfilter::system::LinearNoInputSystem;
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 use terra_bench::filter::{Log, SAMPLES, Textbook, check_belief};
-use terra_ekf::{Filter, Gaussian};
+use terra_ekf::{Filter, Gaussian, LaneFilter};
 
 /// States.
 pub const N: usize = 18;
@@ -62,6 +62,27 @@ impl Peer for Terra {
 
     fn belief(&self) -> Gaussian {
         self.filter.belief().clone()
+    }
+}
+
+/// The filter of terra that gives what the others give: mean and covariance.
+struct Lanes {
+    log: Log,
+    filter: LaneFilter,
+}
+
+impl Peer for Lanes {
+    fn name(&self) -> &'static str {
+        "terra, lanes"
+    }
+
+    fn step(&mut self, k: usize) -> Result<(), Failure> {
+        self.log.step_lanes(&mut self.filter, k, false)?;
+        Ok(())
+    }
+
+    fn belief(&self) -> Gaussian {
+        self.filter.belief()
     }
 }
 
@@ -262,7 +283,12 @@ pub fn peers() -> Result<Vec<Box<dyn Peer>>, Failure> {
         rows(&c),
         rows(&r),
     );
+    let lanes = Lanes {
+        filter: log.lanes()?,
+        log: log.clone(),
+    };
     Ok(vec![
+        Box::new(lanes),
         terra("terra, block", "block")?,
         terra("terra, kf (dense, Joseph)", "kf")?,
         Box::new(Joseph {

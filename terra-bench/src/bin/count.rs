@@ -36,6 +36,9 @@ fn main() -> Result<(), Box<dyn Error>> {
             "jacobian" => jacobian(repetitions)?,
             "drive" => drive(&Ramp::plain()?, repetitions)?,
             "drive-log" => drive(&Ramp::full()?, repetitions)?,
+            "filter-lanes" => lanes(Told::Nothing, repetitions)?,
+            "filter-lanes-scored" => lanes(Told::Score, repetitions)?,
+            "filter-lanes-belief" => lanes(Told::Belief, repetitions)?,
             "filter-block" => filter_step("block", false, repetitions)?,
             "filter-block-robust" => filter_step("block", true, repetitions)?,
             "filter-kf" => filter_step("kf", false, repetitions)?,
@@ -123,6 +126,35 @@ fn filter_step(name: &str, robust: bool, repetitions: usize) -> Result<usize, Bo
     let mut filter = log.filter(name, robust)?;
     for k in 0..repetitions {
         log.step(black_box(&mut *filter), k)?;
+    }
+    black_box(filter.belief());
+    Ok(repetitions)
+}
+
+/// What is asked of the bare filter at every step, besides the belief in its own places.
+#[derive(Clone, Copy, PartialEq)]
+enum Told {
+    Nothing,
+    /// NIS and likelihood of the sample.
+    Score,
+    /// Mean and covariance of all states in one matrix.
+    Belief,
+}
+
+fn lanes(told: Told, repetitions: usize) -> Result<usize, Box<dyn Error>> {
+    let log = Log::new()?;
+    let mut plain = log.lanes()?;
+    for k in 0..SAMPLES {
+        log.step_lanes(&mut plain, k, told == Told::Score)?;
+    }
+    let mut belief = plain.belief();
+    check_belief("lanes", &belief, &log.reference(SAMPLES)?)?;
+    let mut filter = log.lanes()?;
+    for k in 0..repetitions {
+        black_box(log.step_lanes(black_box(&mut filter), k, told == Told::Score)?);
+        if told == Told::Belief {
+            filter.belief_into(black_box(&mut belief))?;
+        }
     }
     black_box(filter.belief());
     Ok(repetitions)

@@ -16,6 +16,7 @@ use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector};
 
+use super::account::Account;
 use super::group::{Belief, Group, add_block, spread, update_group};
 use super::kf::drive;
 use super::lanes::Lanes;
@@ -33,13 +34,14 @@ use crate::structure::{Coupling, Structure};
 /// The filter `block`.
 #[derive(Clone)]
 pub struct BlockFilter {
-    model: Model,
+    pub(super) model: Model,
     structure: Structure,
     couplings: Vec<Coupling>,
     offset: DVector<f64>,
-    groups: Vec<Group>,
+    pub(super) groups: Vec<Group>,
     /// The groups side by side, where they fit: then these hold the beliefs.
-    lanes: Option<Lanes>,
+    pub(super) lanes: Option<Lanes>,
+    account: Account,
     belief: OnceCell<Gaussian>,
     predicted: OnceCell<Gaussian>,
     cross: OnceCell<DMatrix<f64>>,
@@ -73,6 +75,7 @@ impl BlockFilter {
             offset: DVector::from_vec(offset),
             groups: Vec::new(),
             lanes: None,
+            account: Account::default(),
             belief: OnceCell::new(),
             predicted: OnceCell::new(),
             cross: OnceCell::new(),
@@ -145,7 +148,8 @@ impl BlockFilter {
                 }
             })
             .collect();
-        self.lanes = Lanes::of(&self.groups, &self.structure, &self.offset);
+        let space = &*self.model.space;
+        self.lanes = Lanes::of(&self.groups, &self.structure, &self.offset, space)?;
         self.forget();
         Ok(())
     }
@@ -183,12 +187,11 @@ impl BlockFilter {
             let held;
             let (mean, p) = match &self.lanes {
                 Some(lanes) => {
-                    let moments = if predicted {
-                        &lanes.predicted
+                    held = if predicted {
+                        lanes.predicted(lane, g.states.len())
                     } else {
-                        &lanes.now
+                        lanes.belief(lane, g.states.len())
                     };
-                    held = moments.of(lane, g.states.len());
                     (&held.0, &held.1)
                 }
                 None if predicted => (&g.now.predicted.0, &g.now.predicted.1),
@@ -205,7 +208,7 @@ impl BlockFilter {
         let mut whole = DMatrix::zeros(n, n);
         for (lane, g) in self.groups.iter().enumerate() {
             match &self.lanes {
-                Some(lanes) => add_block(&mut whole, g, &lanes.cross_of(lane, g.states.len())),
+                Some(lanes) => add_block(&mut whole, g, &lanes.cross(lane, g.states.len())),
                 None => add_block(&mut whole, g, &g.now.cross),
             }
         }
@@ -242,10 +245,10 @@ impl Filter for BlockFilter {
     }
 
     fn predict(&mut self, u: &[f64], dt: f64) -> Result<(), FilterError> {
-        self.model.check_step(u, dt, self.time)?;
         if let Some(lanes) = &mut self.lanes {
-            lanes.predict(&*self.model.space, &mut self.groups, u, dt)?;
+            lanes.predict::<true>(&self.model, &mut self.groups, u, dt, self.time)?;
         } else {
+            self.model.check_step(u, dt, self.time)?;
             let drive = &self.structure.basis * drive(&self.model, u)?;
             let mut next = Vec::with_capacity(self.groups.len());
             for g in &mut self.groups {
@@ -269,7 +272,9 @@ impl Filter for BlockFilter {
         }
         self.forget();
         self.time += dt;
-        self.watch.elapse(dt);
+        if self.model.config.robust.is_some() {
+            self.watch.elapse(dt);
+        }
         Ok(())
     }
 
@@ -284,7 +289,9 @@ impl Filter for BlockFilter {
         }
         if let Some(lanes) = &mut self.lanes {
             let mut innovation = Innovation::empty(channels);
-            if lanes.update(z, &self.model.config, &mut self.watch, &mut innovation) {
+            let (config, watch) = (&self.model.config, &mut self.watch);
+            let account = &mut self.account;
+            if account.take(lanes, z.as_slice(), config, watch, &mut innovation) {
                 self.forget();
                 return Ok(innovation);
             }

@@ -294,7 +294,7 @@ impl<M: Method> Filter for DenseFilter<M> {
             config.gate,
         );
         for (k, &row) in rows.iter().enumerate() {
-            innovation.whitened[row] = Some(nominal.values[k]);
+            innovation.whitened.set(row, nominal.values[k]);
             let e = normal[k];
             if watch.changed(row, &others(&rows, k, &normal, &seen.s), e, &config) {
                 watch.reset(row, e);
@@ -332,7 +332,7 @@ impl<M: Method> Filter for DenseFilter<M> {
                     robust.inflation(normal[k])
                 };
                 inflate[k] = seen.s[(k, k)] * (factor - 1.0);
-                innovation.inflation[row] = Some(factor);
+                innovation.inflation.set(row, factor);
                 seen.r[(k, k)] += inflate[k];
             }
         }

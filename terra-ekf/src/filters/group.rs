@@ -115,7 +115,7 @@ pub(super) fn update_group(
     );
     let mut reset = Vec::new();
     for (k, &row) in rows.iter().enumerate() {
-        innovation.whitened[row] = Some(nominal.values[k]);
+        innovation.whitened.set(row, nominal.values[k]);
         innovation.nis += nominal.values[k] * nominal.values[k];
         let e = normal[k];
         if watch.changed(row, &others(&rows, k, &normal, &s), e, config) {
@@ -144,7 +144,7 @@ pub(super) fn update_group(
                 } else {
                     robust.inflation(normal[k])
                 };
-                innovation.inflation[row] = Some(factor);
+                innovation.inflation.set(row, factor);
                 r[(k, k)] += s[(k, k)] * (factor - 1.0);
             }
         }

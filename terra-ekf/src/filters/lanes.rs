@@ -1,413 +1,426 @@
-//! Up to eight groups of at most three states side by side: one array element a group, so that the same few dozen
-//! operations serve all of them at once. No heap, no inverse, one discretisation for each distinct step.
+//! Groups of at most three states and two channels side by side: one place of a vector a group, so that the same few dozen
+//! operations serve as many groups as a vector holds. No heap, no inverse, one discretisation for each distinct step.
 //!
-//! # Equation
-//! As in [`group`](super::group), written out for packed 3 x 3 covariances: P⁻ = a P aᵀ + q; channel after channel
-//! s = c P cᵀ + r, k = P cᵀ/s, x ← x + k ν, P ← P - k (P cᵀ)ᵀ.
-//!
-//! What is rare (a reset, a dropped reading, an error) is left to the groups.
-
-// One index over all lanes is what the compiler turns into vector operations.
-#![allow(clippy::needless_range_loop)]
+//! A step writes beside the belief it starts from and takes its place when it is sound: what fails has changed nothing.
 
 use nalgebra::{DMatrix, DVector};
 
+use super::Model;
 use super::group::Group;
-use crate::config::FilterConfig;
+use super::lane::{Lane, WIDTH, at, put};
+use super::moments::{M, Moments, Motion, N, Pivots, Seen, Sensors, packed, square};
 use crate::error::FilterError;
-use crate::measurement::{Innovation, Measurement};
-use crate::robust::Watch;
 use crate::state_space::{AnyStateSpace, StateSpaceAt};
 use crate::structure::Structure;
 
-/// Groups side by side.
-const LANES: usize = 8;
-/// One number of each group.
-type Lane = [f64; LANES];
-const ZERO: Lane = [0.0; LANES];
-/// States of a group.
-const N: usize = 3;
-/// Channels of a group.
-const M: usize = 2;
-/// Rows and columns of the packed upper triangle.
-const PAIRS: [(usize, usize); 6] = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)];
-/// Place of (i, j) in it.
-const PLACE: [[usize; N]; N] = [[0, 1, 2], [1, 3, 4], [2, 4, 5]];
-/// No channel in this place.
-const NONE: usize = usize::MAX;
+/// Steps whose discretisation is kept.
+const STEPS: usize = 8;
 
-/// Mean and packed covariance of every group.
-#[derive(Clone)]
-pub(super) struct Moments {
-    mean: [Lane; N],
-    p: [Lane; 6],
-}
-
+/// One step length.
 #[derive(Clone)]
 struct Step {
     dt: f64,
-    a: [[Lane; N]; N],
-    gamma: [[Lane; N]; N],
-    q: [Lane; 6],
+    motion: Vec<Motion>,
+    /// Whether every a is an upper triangle.
+    upper: bool,
+}
+
+/// The groups of one vector. Three beliefs take turns: the one that holds, the one before the last update, and the one that
+/// is being worked out.
+#[derive(Clone, Copy, Default)]
+struct Vector {
+    sensors: Sensors,
+    moments: [Moments; 3],
+    /// a P of the last prediction.
+    cross: [[Lane; N]; N],
+    /// M f(0, u) of the step in hand, where f must be asked.
+    drive: [Lane; N],
+}
+
+/// Whose turn it is.
+#[derive(Clone, Copy)]
+struct Turns {
+    now: usize,
+    before: usize,
+    next: usize,
 }
 
 /// All groups of a filter.
 #[derive(Clone)]
 pub(super) struct Lanes {
-    c: [[Lane; N]; M],
-    r: [Lane; M],
-    offset: [Lane; M],
-    channel: [[usize; LANES]; M],
-    /// The change of basis of the drive: state and lane it goes to, state it comes from, coefficient.
-    basis: Vec<(usize, usize, usize, f64)>,
+    vectors: Vec<Vector>,
+    turns: Turns,
+    /// There has been an update since the last prediction.
+    updated: bool,
     steps: Vec<Step>,
+    /// Place of each channel in `readings`.
+    place: Vec<usize>,
+    /// Readings, channel by channel of each vector, NaN where there is none.
+    readings: Vec<f64>,
+    input_count: usize,
+    /// Whether f need not be asked: each group is pushed by one input at most, and in proportion.
+    wired: bool,
+    /// Which input has which place in `inputs`.
+    wires: Vec<(usize, usize)>,
+    /// Input of each group, 0 where there is none.
+    inputs: Vec<f64>,
+    /// The change of basis of the drive: group and state it goes to, state it comes from, coefficient.
+    basis: Vec<((usize, usize), usize, f64)>,
     origin: Vec<f64>,
     rate: Vec<f64>,
-    pub(super) now: Moments,
-    pub(super) predicted: Moments,
-    cross: [[Lane; N]; N],
-}
-
-fn square(m: &mut [[Lane; N]; N], lane: usize, from: &DMatrix<f64>) {
-    for i in 0..from.nrows() {
-        for j in 0..from.ncols() {
-            m[i][j][lane] = from[(i, j)];
-        }
-    }
-}
-
-fn packed(m: &mut [Lane; 6], lane: usize, from: &DMatrix<f64>) {
-    for (k, &(i, j)) in PAIRS.iter().enumerate() {
-        if j < from.ncols() {
-            m[k][lane] = from[(i, j)];
-        }
-    }
-}
-
-impl Moments {
-    fn new() -> Self {
-        Moments {
-            mean: [ZERO; N],
-            p: [ZERO; 6],
-        }
-    }
-
-    fn load(&mut self, lane: usize, mean: &DVector<f64>, p: &DMatrix<f64>) {
-        for i in 0..mean.len() {
-            self.mean[i][lane] = mean[i];
-        }
-        packed(&mut self.p, lane, p);
-    }
-
-    /// Mean and covariance of one group of `n` states.
-    pub(super) fn of(&self, lane: usize, n: usize) -> (DVector<f64>, DMatrix<f64>) {
-        (
-            DVector::from_fn(n, |i, _| self.mean[i][lane]),
-            DMatrix::from_fn(n, n, |i, j| self.p[PLACE[i][j]][lane]),
-        )
-    }
-
-    fn finite(&self) -> bool {
-        let mut zero = ZERO;
-        for row in self.mean.iter().chain(&self.p) {
-            for l in 0..LANES {
-                // Zero times anything finite is zero; times anything else it is not a number.
-                zero[l] += row[l] * 0.0;
-            }
-        }
-        zero.iter().sum::<f64>() == 0.0
-    }
-}
-
-/// a·b over three lanes.
-fn dot(a: &[Lane; N], b: &[Lane; N]) -> Lane {
-    let mut out = ZERO;
-    for l in 0..LANES {
-        out[l] = a[0][l] * b[0][l] + a[1][l] * b[1][l] + a[2][l] * b[2][l];
-    }
-    out
 }
 
 impl Lanes {
-    /// The groups side by side; `None` when they are too many or too large, or their channels too many or correlated.
+    /// The groups side by side; `None` when one is too large, or its channels too many or correlated.
     pub(super) fn of(
         groups: &[Group],
         structure: &Structure,
         offset: &DVector<f64>,
-    ) -> Option<Self> {
+        space: &dyn AnyStateSpace,
+    ) -> Result<Option<Self>, FilterError> {
         let fits = |g: &Group| g.states.len() <= N && g.channels.len() <= M && g.independent;
-        if groups.len() > LANES || !groups.iter().all(fits) {
-            return None;
+        if !groups.iter().all(fits) {
+            return Ok(None);
         }
-        let n = structure.basis.nrows();
+        let (n, vectors) = (structure.basis.nrows(), groups.len().div_ceil(WIDTH));
         let mut lanes = Lanes {
-            c: [[ZERO; N]; M],
-            r: [[1.0; LANES]; M],
-            offset: [ZERO; M],
-            channel: [[NONE; LANES]; M],
-            basis: Vec::new(),
+            vectors: vec![Vector::default(); vectors],
+            turns: Turns {
+                now: 0,
+                before: 1,
+                next: 2,
+            },
+            updated: true,
             steps: Vec::new(),
+            place: vec![0; offset.len()],
+            readings: vec![f64::NAN; vectors * M * WIDTH],
+            input_count: space.dims().input,
+            wired: false,
+            wires: Vec::new(),
+            inputs: vec![0.0; vectors * WIDTH],
+            basis: Vec::new(),
             origin: vec![0.0; n],
             rate: vec![0.0; n],
-            now: Moments::new(),
-            predicted: Moments::new(),
-            cross: [[ZERO; N]; N],
         };
-        for (lane, g) in groups.iter().enumerate() {
+        for (k, g) in groups.iter().enumerate() {
+            let (vector, place) = (k / WIDTH, k % WIDTH);
+            let sensors = &mut lanes.vectors[vector].sensors;
             for (j, &channel) in g.channels.iter().enumerate() {
                 for i in 0..g.states.len() {
-                    lanes.c[j][i][lane] = g.c[(j, i)];
+                    put(&mut sensors.c[j][i], place, g.c[(j, i)]);
                 }
-                lanes.r[j][lane] = g.r[(j, j)];
-                lanes.offset[j][lane] = offset[channel];
-                lanes.channel[j][lane] = channel;
+                put(&mut sensors.r[j], place, g.r[(j, j)]);
+                put(&mut sensors.offset[j], place, offset[channel]);
+                sensors.second |= j > 0;
+                lanes.place[channel] = (vector * M + j) * WIDTH + place;
             }
             for (i, &state) in g.states.iter().enumerate() {
                 for from in 0..n {
                     let weight = structure.basis[(state, from)];
                     if weight != 0.0 {
-                        lanes.basis.push((i, lane, from, weight));
+                        lanes.basis.push(((k, i), from, weight));
                     }
                 }
             }
         }
         lanes.load(groups);
-        Some(lanes)
+        if space.affine_input() {
+            lanes.wire(space, groups.len())?;
+        }
+        Ok(Some(lanes))
     }
 
     /// Takes the beliefs of the groups over.
     pub(super) fn load(&mut self, groups: &[Group]) {
-        for (lane, g) in groups.iter().enumerate() {
-            self.now.load(lane, &g.now.mean, &g.now.p);
-            self.predicted
-                .load(lane, &g.now.predicted.0, &g.now.predicted.1);
-            square(&mut self.cross, lane, &g.now.cross);
+        for (k, g) in groups.iter().enumerate() {
+            let (vector, place) = (&mut self.vectors[k / WIDTH], k % WIDTH);
+            vector.moments[self.turns.now].load(place, &g.now.mean, &g.now.p);
+            let (mean, p) = &g.now.predicted;
+            vector.moments[self.turns.before].load(place, mean, p);
+            square(&mut vector.cross, place, &g.now.cross.transpose());
         }
+        self.updated = true;
     }
 
     /// Gives them back.
     pub(super) fn store(&self, groups: &mut [Group]) {
-        for (lane, g) in groups.iter_mut().enumerate() {
+        for (k, g) in groups.iter_mut().enumerate() {
             let n = g.states.len();
-            (g.now.mean, g.now.p) = self.now.of(lane, n);
-            g.now.predicted = self.predicted.of(lane, n);
-            g.now.cross = self.cross_of(lane, n);
+            (g.now.mean, g.now.p) = self.belief(k, n);
+            g.now.predicted = self.predicted(k, n);
+            g.now.cross = self.cross(k, n);
         }
     }
 
-    /// Cross covariance of one group of `n` states.
-    pub(super) fn cross_of(&self, lane: usize, n: usize) -> DMatrix<f64> {
-        DMatrix::from_fn(n, n, |i, j| self.cross[i][j][lane])
+    /// Mean and covariance of group `k`, of `n` states.
+    pub(super) fn belief(&self, k: usize, n: usize) -> (DVector<f64>, DMatrix<f64>) {
+        self.moments(k / WIDTH).of(k % WIDTH, n)
     }
 
-    fn step(&mut self, groups: &mut [Group], dt: f64) -> Result<usize, FilterError> {
+    /// The same before the last update.
+    pub(super) fn predicted(&self, k: usize, n: usize) -> (DVector<f64>, DMatrix<f64>) {
+        let Turns { now, before, .. } = self.turns;
+        let then = if self.updated { before } else { now };
+        self.vectors[k / WIDTH].moments[then].of(k % WIDTH, n)
+    }
+
+    /// Its cross covariance.
+    pub(super) fn cross(&self, k: usize, n: usize) -> DMatrix<f64> {
+        let cross = &self.vectors[k / WIDTH].cross;
+        DMatrix::from_fn(n, n, |i, j| at(&cross[j][i], k % WIDTH))
+    }
+
+    /// Moments of the groups of vector `k`.
+    pub(super) fn moments(&self, k: usize) -> &Moments {
+        &self.vectors[k].moments[self.turns.now]
+    }
+
+    /// M f(0, u), in the places of the groups.
+    fn ask(&mut self, space: &dyn AnyStateSpace, u: &[f64]) -> Result<(), FilterError> {
+        StateSpaceAt::<f64>::rate_at(space, &self.origin, u, &mut self.rate)?;
+        for vector in &mut self.vectors {
+            vector.drive = [Lane::ZERO; N];
+        }
+        for &((k, i), from, weight) in &self.basis {
+            let lane = &mut self.vectors[k / WIDTH].drive[i];
+            let sum = at(lane, k % WIDTH) + weight * self.rate[from];
+            put(lane, k % WIDTH, sum);
+        }
+        Ok(())
+    }
+
+    /// M f(0, 0), and M (f(0, u) - f(0, 0)) for a unit of each input, vector by vector.
+    fn pushes(&mut self, space: &dyn AnyStateSpace) -> Result<Vec<Vec<[Lane; N]>>, FilterError> {
+        let drive =
+            |lanes: &Lanes| -> Vec<[Lane; N]> { lanes.vectors.iter().map(|v| v.drive).collect() };
+        let mut u = vec![0.0; self.input_count];
+        self.ask(space, &u)?;
+        let still = drive(self);
+        let mut all = vec![still.clone()];
+        for input in 0..u.len() {
+            u[input] = 1.0;
+            self.ask(space, &u)?;
+            let mut alone = drive(self);
+            for (alone, still) in alone.iter_mut().flatten().zip(still.iter().flatten()) {
+                *alone -= *still;
+            }
+            all.push(alone);
+            u[input] = 0.0;
+        }
+        Ok(all)
+    }
+
+    /// Finds out once which input pushes which group.
+    fn wire(&mut self, space: &dyn AnyStateSpace, groups: usize) -> Result<(), FilterError> {
+        let pushes = self.pushes(space)?;
+        for k in 0..groups {
+            let acts =
+                |push: &&Vec<[Lane; N]>| push[k / WIDTH].iter().any(|x| at(x, k % WIDTH) != 0.0);
+            let with_input = pushes.iter().skip(1).enumerate();
+            let own: Vec<usize> = with_input
+                .filter(|(_, p)| acts(p))
+                .map(|(u, _)| u)
+                .collect();
+            if own.len() > 1 {
+                self.wires.clear();
+                return Ok(());
+            }
+            self.wires.extend(own.into_iter().map(|u| (u, k)));
+        }
+        self.wired = true;
+        Ok(())
+    }
+
+    /// Place of the step `dt` among those kept.
+    #[inline(always)]
+    fn known(&self, dt: f64) -> Option<usize> {
         // As in `Steps`: clocks differ by rounding from row to row.
-        let same = |s: &Step| (s.dt - dt).abs() <= 1e-9 * dt;
-        if let Some(at) = self.steps.iter().position(same) {
-            return Ok(at);
-        }
-        let mut step = Step {
-            dt,
-            a: [[ZERO; N]; N],
-            gamma: [[ZERO; N]; N],
-            q: [ZERO; 6],
-        };
-        for (lane, g) in groups.iter_mut().enumerate() {
-            let d = g.steps.get(dt)?;
-            square(&mut step.a, lane, &d.a);
-            square(&mut step.gamma, lane, &d.gamma);
-            packed(&mut step.q, lane, &d.q);
-        }
-        if self.steps.len() >= 8 {
-            self.steps.remove(0);
-        }
-        self.steps.push(step);
-        Ok(self.steps.len() - 1)
+        let same = |s: &Step| (s.dt - dt).abs() <= 1e-9 * s.dt;
+        self.steps.iter().position(same)
     }
 
-    /// Moves all groups ahead.
-    pub(super) fn predict(
+    /// The same of a step that may not be there yet.
+    #[cold]
+    fn prepare(
         &mut self,
         space: &dyn AnyStateSpace,
         groups: &mut [Group],
-        u: &[f64],
         dt: f64,
-    ) -> Result<(), FilterError> {
-        StateSpaceAt::<f64>::rate_at(space, &self.origin, u, &mut self.rate)?;
-        let mut drive = [ZERO; N];
-        for &(i, lane, from, weight) in &self.basis {
-            drive[i][lane] += weight * self.rate[from];
+    ) -> Result<usize, FilterError> {
+        let mut motion = vec![Motion::default(); self.vectors.len()];
+        for (k, g) in groups.iter_mut().enumerate() {
+            let d = g.steps.get(dt)?;
+            let (to, place) = (&mut motion[k / WIDTH], k % WIDTH);
+            square(&mut to.a, place, &d.a);
+            square(&mut to.gamma, place, &d.gamma);
+            packed(&mut to.q, place, &d.q);
         }
-        let at = self.step(groups, dt)?;
-        let step = &self.steps[at];
-        let now = &self.now;
-        let mut next = Moments::new();
-        let mut cross = [[ZERO; N]; N];
-        let full: [[&Lane; N]; N] =
-            std::array::from_fn(|i| std::array::from_fn(|j| &now.p[PLACE[i][j]]));
-        for i in 0..N {
-            let (free, pushed) = (dot(&step.a[i], &now.mean), dot(&step.gamma[i], &drive));
-            for l in 0..LANES {
-                next.mean[i][l] = free[l] + pushed[l];
+        if self.wired {
+            let all = self.pushes(space)?;
+            for (by, still) in motion.iter_mut().zip(&all[0]) {
+                by.still = by.pushed(still);
             }
-            for j in 0..N {
-                let (p, a) = (&full[i], &step.a[j]);
-                for l in 0..LANES {
-                    cross[i][j][l] = p[0][l] * a[0][l] + p[1][l] * a[1][l] + p[2][l] * a[2][l];
+            for &(input, k) in &self.wires {
+                let (by, place) = (&mut motion[k / WIDTH], k % WIDTH);
+                let pushed = by.pushed(&all[input + 1][k / WIDTH]);
+                for (to, from) in by.gain.iter_mut().zip(&pushed) {
+                    put(to, place, at(from, place));
                 }
             }
         }
-        for (k, &(i, j)) in PAIRS.iter().enumerate() {
-            let a = &step.a[i];
-            for l in 0..LANES {
-                next.p[k][l] = a[0][l] * cross[0][j][l]
-                    + a[1][l] * cross[1][j][l]
-                    + a[2][l] * cross[2][j][l]
-                    + step.q[k][l];
-            }
+        if self.steps.len() >= STEPS {
+            self.steps.remove(0);
         }
-        if !next.finite() {
+        let upper = motion.iter().all(Motion::upper);
+        self.steps.push(Step { dt, motion, upper });
+        Ok(self.steps.len() - 1)
+    }
+
+    /// Moves all groups ahead from `time`; with `SMOOTH` the cross covariance is kept.
+    #[inline(always)]
+    pub(super) fn predict<const SMOOTH: bool>(
+        &mut self,
+        model: &Model,
+        groups: &mut [Group],
+        u: &[f64],
+        dt: f64,
+        time: f64,
+    ) -> Result<(), FilterError> {
+        let at = match self.known(dt) {
+            Some(at) if u.len() == self.input_count => at,
+            _ => {
+                model.check_step(u, dt, time)?;
+                self.prepare(&*model.space, groups, dt)?
+            }
+        };
+        if self.wired {
+            for &(input, to) in &self.wires {
+                if let (Some(to), Some(u)) = (self.inputs.get_mut(to), u.get(input)) {
+                    *to = *u;
+                }
+            }
+        } else {
+            self.ask(&*model.space, u)?;
+        }
+        let finite = match self.steps.get(at) {
+            Some(step) if step.upper => sweep::<SMOOTH, true>(
+                &mut self.vectors,
+                step,
+                self.turns,
+                &self.inputs,
+                self.wired,
+            ),
+            Some(step) => sweep::<SMOOTH, false>(
+                &mut self.vectors,
+                step,
+                self.turns,
+                &self.inputs,
+                self.wired,
+            ),
+            None => false,
+        };
+        if !finite {
+            // An input that is not finite is the better reason.
+            model.check_step(u, dt, time)?;
             return Err(FilterError::NotFinite {
                 what: "predicted mean or covariance",
                 index: 0,
             });
         }
-        self.predicted.clone_from(&next);
-        self.now = next;
-        self.cross = cross;
+        let Turns { now, before, next } = self.turns;
+        self.turns = Turns {
+            now: next,
+            before,
+            next: now,
+        };
+        self.updated = false;
         Ok(())
     }
 
-    /// Takes a sample in. `false`: something rare is up, nothing was changed, and the groups must see to it.
-    pub(super) fn update(
-        &mut self,
-        z: &Measurement,
-        config: &FilterConfig,
-        watch: &mut Watch,
-        innovation: &mut Innovation,
-    ) -> bool {
-        let now = &self.now;
-        let (mut seen, mut nu) = ([ZERO; M], [ZERO; M]);
-        let mut pc = [[ZERO; N]; M];
-        let mut s = [ZERO; M];
-        for j in 0..M {
-            let expected = dot(&self.c[j], &now.mean);
-            for l in 0..LANES {
-                if let Some(value) = z.get(self.channel[j][l]) {
-                    seen[j][l] = 1.0;
-                    nu[j][l] = value - self.offset[j][l] - expected[l];
-                }
-            }
-            pc[j] = times(&now.p, &self.c[j]);
-            s[j] = dot(&self.c[j], &pc[j]);
-            for l in 0..LANES {
-                s[j][l] += self.r[j][l];
+    /// Puts the readings in their places.
+    #[inline(always)]
+    pub(super) fn read(&mut self, z: &[f64]) {
+        for (value, &to) in z.iter().zip(&self.place) {
+            if let Some(to) = self.readings.get_mut(to) {
+                *to = *value;
             }
         }
-        let joint = dot(&self.c[0], &pc[1]);
-        // Whitening with the nominal noise: L of S = [s0 j; j s1].
-        let (mut e, mut w, mut pivot) = ([ZERO; M], [ZERO; M], s);
-        for l in 0..LANES {
-            e[0][l] = nu[0][l] / s[0][l].sqrt();
-            e[1][l] = nu[1][l] / s[1][l].sqrt();
-            let low = joint[l] / s[0][l].sqrt() * seen[0][l];
-            pivot[1][l] = s[1][l] - low * low;
-            w[0][l] = e[0][l];
-            w[1][l] = (nu[1][l] - low * e[0][l]) / pivot[1][l].sqrt();
-        }
-        let limit = if config.robust.is_some() {
-            config.gate
-        } else {
-            1e100
+    }
+
+    /// Place of each channel among the places of all channels, vector by vector.
+    pub(super) fn place(&self) -> &[usize] {
+        &self.place
+    }
+
+    /// Number of vectors.
+    pub(super) fn vectors(&self) -> usize {
+        self.vectors.len()
+    }
+
+    /// Whether any group of a vector has a second channel.
+    #[inline(always)]
+    pub(super) fn second(&self, k: usize) -> bool {
+        self.vectors[k].sensors.second
+    }
+
+    /// What vector `k` sees in the readings put in place.
+    #[inline(always)]
+    pub(super) fn see(&self, k: usize) -> Seen {
+        let rows = self.readings.as_chunks::<WIDTH>().0;
+        let lane = |j: usize| {
+            rows.get(M * k + j)
+                .map_or(Lane::ZERO, |row| Lane::new(*row))
         };
-        for j in 0..M {
-            for l in 0..LANES {
-                let usual =
-                    pivot[j][l] > 1e-14 * s[j][l] && s[j][l].is_finite() && e[j][l].abs() <= limit;
-                let rejected = config.robust.is_some()
-                    && seen[j][l] > 0.0
-                    && watch.rejects(self.channel[j][l]);
-                if rejected || (seen[j][l] > 0.0 && !usual) {
-                    return false;
-                }
-            }
-        }
+        let vector = &self.vectors[k];
+        vector.moments[self.turns.now].see(&vector.sensors, &[lane(0), lane(1)])
+    }
 
-        let mut used = s;
-        let ln_two_pi = std::f64::consts::TAU.ln();
-        for j in 0..M {
-            for l in 0..LANES {
-                if seen[j][l] == 0.0 {
-                    continue;
-                }
-                let row = self.channel[j][l];
-                let factor = config.robust.map_or(1.0, |robust| {
-                    watch.accept(row, e[j][l]);
-                    robust.inflation(e[j][l])
-                });
-                used[j][l] = s[j][l] * factor;
-                innovation.residual[row] = Some(nu[j][l]);
-                innovation.sd[row] = Some(s[j][l].sqrt());
-                innovation.ratio[row] = Some(e[j][l].abs() / config.gate);
-                innovation.whitened[row] = Some(w[j][l]);
-                innovation.inflation[row] = Some(factor);
-                innovation.nis += w[j][l] * w[j][l];
-                innovation.dof += 1;
-                innovation.log_likelihood -=
-                    0.5 * (pivot[j][l].ln() + w[j][l] * w[j][l] + ln_two_pi);
-            }
-        }
+    /// What vector `k` learns of it, beside the belief; 0 where that is finite.
+    #[inline(always)]
+    pub(super) fn learn(&mut self, k: usize, seen: &Seen, pivots: &Pivots) -> Lane {
+        let vector = &mut self.vectors[k];
+        let (next, astray) = vector.moments[self.turns.now].learn(&vector.sensors, seen, pivots);
+        vector.moments[self.turns.next] = next;
+        astray
+    }
 
-        let mut next = now.clone();
-        // First channel of every group, then what is left of the second.
-        gain(&mut next, &pc[0], &nu[0], &used[0], &seen[0]);
-        let moved: [Lane; N] =
-            std::array::from_fn(|i| std::array::from_fn(|l| next.mean[i][l] - now.mean[i][l]));
-        let already = dot(&self.c[1], &moved);
-        let pc1 = times(&next.p, &self.c[1]);
-        let left = dot(&self.c[1], &pc1);
-        let (mut rest, mut s1) = (ZERO, ZERO);
-        for l in 0..LANES {
-            rest[l] = nu[1][l] - already[l];
-            // R of the second channel as inflated: used - c P c of the prior.
-            s1[l] = left[l] + self.r[1][l] + (used[1][l] - s[1][l]);
-        }
-        gain(&mut next, &pc1, &rest, &s1, &seen[1]);
-        if !next.finite() {
-            return false;
-        }
-        self.predicted.clone_from(&self.now);
-        self.now = next;
-        true
+    /// What all vectors learned takes the belief's place.
+    #[inline(always)]
+    pub(super) fn accept(&mut self) {
+        let Turns { now, before, next } = self.turns;
+        self.turns = Turns {
+            now: next,
+            before: now,
+            next: before,
+        };
+        self.updated = true;
     }
 }
 
-/// P c.
-fn times(p: &[Lane; 6], c: &[Lane; N]) -> [Lane; N] {
-    let mut out = [ZERO; N];
-    for (i, row) in out.iter_mut().enumerate() {
-        let (x, y, z) = (&p[PLACE[i][0]], &p[PLACE[i][1]], &p[PLACE[i][2]]);
-        for l in 0..LANES {
-            row[l] = x[l] * c[0][l] + y[l] * c[1][l] + z[l] * c[2][l];
+/// One step of all vectors, beside the belief; `false` where that is not finite.
+#[inline(always)]
+fn sweep<const SMOOTH: bool, const UPPER: bool>(
+    vectors: &mut [Vector],
+    step: &Step,
+    turns: Turns,
+    inputs: &[f64],
+    wired: bool,
+) -> bool {
+    let mut blemish = Lane::ZERO;
+    let inputs = inputs.as_chunks::<WIDTH>().0;
+    for ((vector, by), u) in vectors.iter_mut().zip(&step.motion).zip(inputs) {
+        let push = if wired {
+            let (u, [g0, g1, g2], [s0, s1, s2]) = (Lane::new(*u), by.gain, by.still);
+            [u.mul_add(g0, s0), u.mul_add(g1, s1), u.mul_add(g2, s2)]
+        } else {
+            by.pushed(&vector.drive)
+        };
+        let (next, cross, bad) = vector.moments[turns.now].ahead::<UPPER>(by, &push);
+        blemish += bad;
+        vector.moments[turns.next] = next;
+        if SMOOTH {
+            vector.cross = cross;
         }
     }
-    out
-}
-
-/// x += P c ν/s, P -= P c (P c)ᵀ/s where a channel is seen.
-fn gain(m: &mut Moments, pc: &[Lane; N], nu: &Lane, s: &Lane, seen: &Lane) {
-    let mut inverse = ZERO;
-    for l in 0..LANES {
-        inverse[l] = seen[l] / s[l];
-    }
-    for i in 0..N {
-        for l in 0..LANES {
-            m.mean[i][l] += pc[i][l] * inverse[l] * nu[l];
-        }
-    }
-    for (k, &(i, j)) in PAIRS.iter().enumerate() {
-        for l in 0..LANES {
-            m.p[k][l] -= pc[i][l] * inverse[l] * pc[j][l];
-        }
-    }
+    blemish.simd_eq(Lane::ZERO).all()
 }

@@ -1,5 +1,6 @@
 //! The filters: one file each, over one shared frame.
 
+mod account;
 mod block;
 mod dense;
 mod ekf;
@@ -7,16 +8,21 @@ mod factored;
 mod group;
 mod iekf;
 mod kf;
+mod lane;
+mod lane_filter;
 mod lanes;
+mod moments;
 mod particle;
 mod sigma;
 
+pub use account::Score;
 pub use block::BlockFilter;
 pub use dense::DenseFilter;
 pub use ekf::Extended;
 pub use factored::{Factor, Factored, SquareRoot, UnitDiagonal};
 pub use iekf::Iterated;
 pub use kf::Linear;
+pub use lane_filter::LaneFilter;
 pub use particle::Particle;
 pub use sigma::SigmaPoint;
 

@@ -187,7 +187,7 @@ impl Tally {
             for (i, t) in tally.iter_mut().enumerate() {
                 let dropped = step.dropped.iter().find(|d| d.0 == i);
                 t.stuck += usize::from(dropped.is_some_and(|d| d.1 == Dropped::Stuck));
-                match step.innovation.ratio.get(i).copied().flatten() {
+                match step.innovation.ratio.get(i) {
                     _ if dropped.is_some() => t.rejected += 1,
                     Some(ratio) if ratio > 1.0 => t.rejected += 1,
                     Some(_) => t.used += 1,
@@ -253,7 +253,7 @@ pub fn rejected(steps: &[Step], gate: f64) -> Vec<Rejected> {
     let mut list = Vec::new();
     for step in steps {
         for (i, &channel) in CHANNEL_NAMES.iter().enumerate().take(CHANNELS) {
-            let ratio = step.innovation.ratio.get(i).copied().flatten();
+            let ratio = step.innovation.ratio.get(i);
             let dropped = step.dropped.iter().find(|d| d.0 == i).map(|d| d.1);
             if dropped.is_some() || ratio.is_some_and(|r| r > 1.0) {
                 list.push(Rejected {

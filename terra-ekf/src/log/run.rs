@@ -392,7 +392,7 @@ fn flag(
     }
     let repeated = |i: usize| dropped.contains(&(i, Dropped::Duplicate));
     let mut degraded: Vec<&'static str> = (0..CHANNELS)
-        .filter(|&i| match innovation.ratio[i] {
+        .filter(|&i| match innovation.ratio.get(i) {
             Some(ratio) => ratio > 1.0,
             None => !taken.contains(&i) && !repeated(i),
         })

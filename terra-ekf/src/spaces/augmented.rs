@@ -282,6 +282,10 @@ impl AnyStateSpace for Augmented {
         let bias = |e: &Extra| matches!(e.role, Role::ChannelBias(_));
         self.inner.is_linear() && self.extras.iter().all(bias)
     }
+    /// A scale of an input multiplies it with a state.
+    fn affine_input(&self) -> bool {
+        self.is_linear() && self.inner.affine_input()
+    }
     fn blocks(&self) -> Blocks {
         Blocks::Dense
     }

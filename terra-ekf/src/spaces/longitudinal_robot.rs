@@ -416,6 +416,10 @@ impl StateSpace for LongitudinalRobot {
     fn linear(&self) -> bool {
         true
     }
+    fn affine_input(&self) -> bool {
+        // A pitch comes in by its sine.
+        !self.pitch_input
+    }
 
     /// Four (w, T, T'), one (v, F_s, F_s'), one (r, F_d, F_d').
     fn blocks(&self) -> Blocks {

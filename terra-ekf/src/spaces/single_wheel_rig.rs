@@ -177,6 +177,9 @@ impl StateSpace for SingleWheelRig {
     fn linear(&self) -> bool {
         true
     }
+    fn affine_input(&self) -> bool {
+        true
+    }
 
     fn blocks(&self) -> Blocks {
         Blocks::Groups {

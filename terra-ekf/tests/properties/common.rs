@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
-use terra_ekf::{AnyStateSpace, Filter, FilterConfig, Measurement, Registry, discretise};
+use terra_ekf::{AnyStateSpace, Filter, FilterConfig, Gaussian, Measurement, Registry, discretise};
 
 pub(crate) fn rng(seed: u64, stream: u64) -> ChaCha8Rng {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
@@ -111,7 +111,10 @@ impl Truth {
 
 /// Largest difference of two beliefs, each entry against the standard deviations it belongs to.
 pub(crate) fn distance(a: &dyn Filter, b: &dyn Filter) -> f64 {
-    let (a, b) = (a.belief(), b.belief());
+    distance_of(a.belief(), b.belief())
+}
+
+pub(crate) fn distance_of(a: &Gaussian, b: &Gaussian) -> f64 {
     let mut worst = 0.0f64;
     for i in 0..a.dim() {
         let si = a.sd(i).unwrap();

@@ -209,7 +209,7 @@ fn filters_survive_absurd_readings_alone() {
                 assert_eq!(&before, plain.belief());
                 let told = f.update(&Measurement::new(&seen)).unwrap();
                 assert_eq!((told.dropped.as_slice(), told.dof), ([5].as_slice(), 6));
-                assert!(told.nis.is_finite() && told.ratio[5].unwrap().is_finite());
+                assert!(told.nis.is_finite() && told.ratio.get(5).unwrap().is_finite());
                 seen[5] = None;
                 hole.update(&Measurement::new(&seen)).unwrap();
                 // `block` leaves such samples to another path: equal to rounding.

@@ -8,6 +8,7 @@ mod consistency;
 mod driving;
 mod equivalence;
 mod faults;
+mod lanes;
 mod logs;
 mod nonlinear;
 mod observability;

@@ -87,11 +87,11 @@ fn moments_of_a_square() {
         let mut f = filter(name, &square(), config);
         let i = f.update(&Measurement::full(&[5.0])).unwrap();
         assert!(
-            (i.residual[0].unwrap() - (5.0 - mean)).abs() < 1e-12,
+            (i.residual.get(0).unwrap() - (5.0 - mean)).abs() < 1e-12,
             "{name}"
         );
         assert!(
-            (i.sd[0].unwrap().powi(2) - (variance + 0.01)).abs() < 1e-12,
+            (i.sd.get(0).unwrap().powi(2) - (variance + 0.01)).abs() < 1e-12,
             "{name}"
         );
     }
