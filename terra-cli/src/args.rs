@@ -199,6 +199,8 @@ pub(crate) enum Command {
         out: Option<PathBuf>,
     },
     /// A page of Markdown for every model and effect, made from what is registered.
+    // For those who write a book, not a robot's engineer: the list of commands stays short.
+    #[command(hide = true)]
     Pages {
         /// Folder for the pages; those of the same name are replaced.
         #[arg(long)]

@@ -2,22 +2,27 @@
 
 use std::path::Path;
 
-use terra::data::{Start, read_rover};
+use terra::data::{Rover, Start, read_rover};
 use terra::gap::{Settings, diagnose_drive};
 use terra::model::Registry;
 use terra::sim::{EffectSetting, Scenario, simulate_drive};
 
 use crate::{probability, total};
 
+/// The rover, the library and the manoeuvres of the book's example.
+fn example() -> (Rover, Registry, Scenario) {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/drive");
+    (
+        read_rover(folder.join("rover.toml")).unwrap(),
+        Registry::builtin(),
+        Scenario::read(&folder.join("rich.toml")).unwrap(),
+    )
+}
+
 /// The example of the book: eight manoeuvres, 34 candidate effects.
 #[test]
 fn a_torque_sensor_that_is_off_is_named() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/drive");
-    let (rover, registry) = (
-        read_rover(folder.join("rover.toml")).unwrap(),
-        Registry::builtin(),
-    );
-    let scenario = Scenario::read(&folder.join("rich.toml")).unwrap();
+    let (rover, registry, scenario) = example();
     let log = simulate_drive(&scenario, &rover, &registry).unwrap().log;
     let d = diagnose_drive(&log, &rover, &registry, &Settings::of(&rover)).unwrap();
     assert!((total(&d) - 1.0).abs() < 1e-9);
@@ -40,12 +45,7 @@ fn a_torque_sensor_that_is_off_is_named() {
 /// one is blamed for the difference.
 #[test]
 fn the_right_cause_is_named_by_another_formula() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/drive");
-    let (rover, registry) = (
-        read_rover(folder.join("rover.toml")).unwrap(),
-        Registry::builtin(),
-    );
-    let mut scenario = Scenario::read(&folder.join("rich.toml")).unwrap();
+    let (rover, registry, mut scenario) = example();
     scenario.effects = vec![EffectSetting {
         name: "aero-drag".to_owned(),
         magnitude: vec![10.0],
@@ -69,12 +69,7 @@ fn the_right_cause_is_named_by_another_formula() {
 /// the ruts is to be seen, and whose misfit other effects take up in part. The cause is found from the prior centre.
 #[test]
 fn a_cause_is_found_that_the_nominal_fit_hides() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/drive");
-    let (rover, registry) = (
-        read_rover(folder.join("rover.toml")).unwrap(),
-        Registry::builtin(),
-    );
-    let mut scenario = Scenario::read(&folder.join("rich.toml")).unwrap();
+    let (rover, registry, mut scenario) = example();
     let soil = [
         ("k_c", 0.0),
         ("k_phi", 3.7e6),

@@ -48,34 +48,36 @@ pub(super) fn series(coefficients: &[f64], x: f64) -> (f64, f64) {
 }
 
 /// T_0(x), T_1(x), ... in vectors of eight.
+#[inline]
 pub(super) fn polynomials(x: f64) -> [Lanes; CHUNKS] {
+    let mut values = [0.0; LOADS];
     let (mut before, mut now) = (x, 1.0);
-    pack(|| {
-        let value = now;
+    for value in &mut values {
+        *value = now;
         (before, now) = (now, 2.0 * x * now - before);
-        value
-    })
+    }
+    pack(&values)
 }
 
 /// Their slopes.
+#[inline]
 pub(super) fn polynomial_slopes(x: f64) -> [Lanes; CHUNKS] {
+    let mut slopes = [0.0; LOADS];
     let (mut before, mut now) = ((x, 1.0), (1.0, 0.0));
-    pack(|| {
-        let slope = now.1;
+    for slope in &mut slopes {
+        *slope = now.1;
         let next = (
             2.0 * x * now.0 - before.0,
             2.0 * (now.0 + x * now.1) - before.1,
         );
         (before, now) = (now, next);
-        slope
-    })
+    }
+    pack(&slopes)
 }
 
-fn pack(mut next: impl FnMut() -> f64) -> [Lanes; CHUNKS] {
-    std::array::from_fn(|_| {
-        let eight: [f64; 8] = std::array::from_fn(|_| next());
-        Lanes(wide::f64x8::new(eight))
-    })
+#[inline]
+fn pack(values: &[f64; LOADS]) -> [Lanes; CHUNKS] {
+    std::array::from_fn(|chunk| Lanes::gather(values.iter().skip(8 * chunk).take(8).copied()))
 }
 
 pub(super) fn dot(a: &[Lanes; CHUNKS], b: &[Lanes; CHUNKS]) -> f64 {
