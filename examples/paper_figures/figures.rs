@@ -202,7 +202,8 @@ pub(crate) fn winner(drive: &Drive) -> Vec<f64> {
 pub(crate) fn profile(soils: &Soils, parameters: &[f64]) -> Option<StressProfile> {
     let at = Contact::new(STRESS_AT.0, STRESS_AT.1, RADIUS, WIDTH);
     let model = soils.law.model();
-    model.stress_profile(parameters, &at, 41).ok().flatten()
+    let field = model.stress_field(parameters, &at).ok().flatten();
+    field.map(|field| field.profile(41))
 }
 
 fn lines(profile: &StressProfile) -> [(&'static str, Vec<[f64; 3]>); 2] {

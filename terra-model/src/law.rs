@@ -9,12 +9,13 @@ use crate::contact::Contact;
 use crate::dual::{Dual8, Dual16, jacobian, jacobian16};
 use crate::effect::AnyEffect;
 use crate::error::ModelError;
-use crate::forces::{StressProfile, WheelForces};
+use crate::forces::WheelForces;
 use crate::guard::{count, guard};
 use crate::model::{AnyModel, Soil, TerrainModel};
 use crate::param::Param;
 use crate::real::Real;
 use crate::scalar::Scalar;
+use crate::stress::{StressField, StressProfile};
 
 /// What solvers use: forces and their exact derivatives. Object safe.
 ///
@@ -276,7 +277,8 @@ impl Law {
         Ok(())
     }
 
-    /// Stresses along the contact under the effects; `None` for models without stresses.
+    /// `points` stresses along the contact under the effects, from exit to entry, with their peaks; `None` for models
+    /// without stresses.
     ///
     /// # Errors
     /// A typed [`ModelError`].
@@ -286,6 +288,19 @@ impl Law {
         at: &Contact<f64>,
         points: usize,
     ) -> Result<Option<StressProfile>, ModelError> {
+        let field = self.stress_field(p, at)?;
+        Ok(field.map(|field| field.profile(points)))
+    }
+
+    /// Stresses at any angle of the contact under the effects; `None` for models without stresses.
+    ///
+    /// # Errors
+    /// A typed [`ModelError`].
+    pub fn stress_field(
+        &self,
+        p: &[f64],
+        at: &Contact<f64>,
+    ) -> Result<Option<StressField>, ModelError> {
         guard(self.model.name(), &self.params, p, at)?;
         let (q, effects) = self.parts(p);
         let soil = f64::of_model(&*self.model).soil_at(q, at);
@@ -293,7 +308,7 @@ impl Law {
         for (effect, e) in effects {
             contact = f64::of_effect(&**effect).before_at(e, &soil, contact);
         }
-        self.model.stress_profile(q, &contact, points)
+        self.model.stress_field(q, &contact)
     }
 }
 

@@ -6,11 +6,12 @@ use crate::batch::{Batch, BatchForces, Precision};
 use crate::contact::{Contact, Hook};
 use crate::dual::{Dual8, Dual16};
 use crate::error::ModelError;
-use crate::forces::{StressProfile, WheelForces};
+use crate::forces::WheelForces;
 use crate::guard::guard;
 use crate::lanes::Lanes;
 use crate::param::Param;
 use crate::real::Real;
+use crate::stress::StressField;
 
 /// Soil values by role, for effects that need them; `None` where the model has no such number.
 #[derive(Clone, Copy, Debug)]
@@ -105,17 +106,12 @@ pub trait TerrainModel: Default + Send + Sync + 'static {
         Vec::new()
     }
 
-    /// Stresses along the contact from exit to entry, `points` of them; `None` for models without stresses.
+    /// Stresses along the contact; `None` for models without stresses.
     ///
     /// # Errors
     /// As [`wheel_forces`](Self::wheel_forces).
-    fn stresses(
-        &self,
-        p: &[f64],
-        at: &Contact<f64>,
-        points: usize,
-    ) -> Result<Option<StressProfile>, ModelError> {
-        let _ = (p, at, points);
+    fn stresses(&self, p: &[f64], at: &Contact<f64>) -> Result<Option<StressField>, ModelError> {
+        let _ = (p, at);
         Ok(None)
     }
 }
@@ -174,12 +170,8 @@ pub trait AnyModel: ModelAt<f64> + ModelAt<Dual8> + ModelAt<Dual16> + ModelAt<La
     ///
     /// # Errors
     /// As there.
-    fn stress_profile(
-        &self,
-        p: &[f64],
-        at: &Contact<f64>,
-        points: usize,
-    ) -> Result<Option<StressProfile>, ModelError>;
+    fn stress_field(&self, p: &[f64], at: &Contact<f64>)
+    -> Result<Option<StressField>, ModelError>;
 }
 
 impl<M: TerrainModel> AnyModel for M {
@@ -216,12 +208,11 @@ impl<M: TerrainModel> AnyModel for M {
     fn typical_parameters(&self) -> Vec<Vec<f64>> {
         M::typical()
     }
-    fn stress_profile(
+    fn stress_field(
         &self,
         p: &[f64],
         at: &Contact<f64>,
-        points: usize,
-    ) -> Result<Option<StressProfile>, ModelError> {
-        self.stresses(p, at, points)
+    ) -> Result<Option<StressField>, ModelError> {
+        self.stresses(p, at)
     }
 }

@@ -8,11 +8,12 @@ use super::sample::{self, contact, contacts};
 use super::{Checked, Failures, Record, described};
 use crate::contact::Contact;
 use crate::error::ModelError;
-use crate::forces::{StressPoint, StressProfile, WheelForces};
+use crate::forces::WheelForces;
 use crate::guard::guard;
 use crate::lanes::Lanes;
 use crate::model::{AnyModel, TerrainModel};
 use crate::scalar::Scalar;
+use crate::stress::{StressPoint, StressProfile};
 
 /// Examines a model written as a type.
 ///
@@ -266,9 +267,10 @@ fn balance(record: &mut Record, model: &dyn AnyModel, typical: &[&Vec<f64>]) {
             let Ok(f) = forces(model, p, &at) else {
                 continue;
             };
-            let Ok(Some(profile)) = model.stress_profile(p, &at, POINTS) else {
+            let Ok(Some(field)) = model.stress_field(p, &at) else {
                 continue;
             };
+            let profile = field.profile(POINTS);
             joined_at_the_apex(record, &profile, || place(p, &at));
             let mut sums = [0.0; 3];
             let flat = profile.flat.unwrap_or(-1.0);

@@ -115,7 +115,46 @@ pub(crate) struct Ground<T> {
 
 /// Smallest 1 + s of a nearly locked wheel: beyond it the shear stress is at its limit to rounding.
 const LOCKED: f64 = 1e-13;
+
+/// Between which a braked wheel's apex ratio is held; a soil whose c1 lies outside holds it at c1, so that the forces have no
+/// jump at zero slip.
 const APEX_LIMITS: (f64, f64) = (0.02, 0.98);
+
+/// θm/θ1 = c1 + c2 i, and whether it was held inside the contact (braking only), from the library's and the kinematic slip.
+///
+/// # Errors
+/// An apex outside the contact: c1 + c2 i of a driven wheel, c1 of a braked one, not between 0 and 1.
+pub(crate) fn apex_ratio<T: Real>(
+    model: &'static str,
+    [c1, c2]: [T; 2],
+    slip: T,
+    kinematic: T,
+) -> Result<(T, bool), ModelError> {
+    let inside = |x: T| x.primal().min_lane() > 0.0 && x.primal().max_lane() < 1.0;
+    let outside = |parameter, value: T| {
+        Err(ModelError::Parameter {
+            model,
+            parameter,
+            value: value.primal().min_lane(),
+            expected: "a value between 0 and 1: the angle of maximum stress lies inside the contact",
+        })
+    };
+    let free = c1 + c2 * kinematic;
+    let braking = slip.primal().any_lt(T::Primal::zero());
+    if !free.primal().is_finite() || (!braking && !inside(free)) {
+        return outside("c1 + c2 slip", free);
+    }
+    if braking && !inside(c1) {
+        return outside("c1", c1);
+    }
+    let (low, high) = APEX_LIMITS;
+    let held = free
+        .max_of(c1.min_of(T::from(low)))
+        .min_of(c1.max_of(T::from(high)));
+    let ratio = slip.select_lt(T::zero(), held, free);
+    let limited = (ratio - free).abs().primal().max_lane() > 0.0;
+    Ok((ratio, limited))
+}
 
 impl<T: Real> Ground<T> {
     /// Reads parameters and hooks.
@@ -269,22 +308,7 @@ impl<T: Real> Ground<T> {
         let slip = at
             .slip
             .select_lt(T::zero(), T::one() - T::one() / braking, at.slip);
-        let free = c1 + c2 * slip;
-        let (low, high) = APEX_LIMITS;
-        let held = free.max_of(T::from(low)).min_of(T::from(high));
-        let driving = !at.slip.primal().any_lt(T::Primal::zero());
-        if driving {
-            parameter(
-                positive(free) && free.primal().max_lane() < 1.0,
-                "c1 + c2 slip",
-                free,
-                "a value between 0 and 1: the angle of maximum stress lies inside the contact",
-            )?;
-        } else {
-            parameter(finite(free), "c1 + c2 slip", free, "a finite value")?;
-        }
-        let apex_ratio = at.slip.select_lt(T::zero(), held, free);
-        let apex_limited = (apex_ratio - free).abs().primal().max_lane() > 0.0;
+        let (apex_ratio, apex_limited) = apex_ratio(model, [c1, c2], at.slip, slip)?;
         Ok(Ground {
             stiffness,
             exponent,

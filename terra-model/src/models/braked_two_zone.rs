@@ -18,7 +18,7 @@
 
 use crate::contact::{Contact, Hook};
 use crate::error::ModelError;
-use crate::forces::{Angles, Contributions, Flags, StressPoint, StressProfile, WheelForces};
+use crate::forces::{Angles, Contributions, Flags, WheelForces};
 use crate::model::{ForceSlopes, Soil, TerrainModel};
 use crate::models::WongReece;
 use crate::models::bekker::{self, Ground};
@@ -26,6 +26,7 @@ use crate::param::Param;
 use crate::quadrature::{rule, t_minus_sin};
 use crate::real::{Real, Root};
 use crate::root::{MAX_ENTRY_ANGLE, balanced, rises_to};
+use crate::stress::{StressField, StressPoint};
 
 /// A wheel with two shear zones when it is braked.
 #[derive(Clone, Copy, Debug, Default)]
@@ -38,7 +39,13 @@ const LARGEST: f64 = 0.98;
 /// Share of the contact below which a zone behind is none to the quadrature.
 const SMALLEST: f64 = 1e-3;
 /// Nodes a segment.
+/// Depth \[m\] below which nothing is told from the entry.
+const SHALLOW: f64 = 1e-200;
 const NODES: usize = 24;
+/// Of the way between two angles: E has a bend only in its second derivative where j changes its sign.
+const HALVINGS: usize = 30;
+/// Largest j/K along the contact, about, that one panel resolves.
+const STEEP: f64 = 20.0;
 
 #[derive(Clone, Copy)]
 struct Wheel<T> {
@@ -137,20 +144,75 @@ impl<T: Real> Wheel<T> {
         let place = angle.select_lt(at.apex, mirrored, angle);
         let (sum, _) = ((at.entry + place) * 0.5).sin_cos();
         let (difference, _) = ((at.entry - place) * 0.5).sin_cos();
-        let normal = g.stiffness * (self.radius * sum * difference * 2.0).pow_pos(g.exponent);
+        // At the entry itself a power of the depth has no derivative.
+        let depth = (self.radius * sum * difference * 2.0).max_of(T::from(SHALLOW));
+        let normal = g.stiffness * depth.pow_pos(g.exponent);
         let j = self.displacement(at, angle);
         let e = -(-(j.abs() / g.shear_modulus)).exp_m1();
         let e = j.select_lt(T::zero(), -e, e);
         (normal, (g.cohesion + normal * g.tan_friction) * e)
     }
 
+    /// Ends of the panels of each piece. A nearly locked wheel has thin layers of shear beside the ends of its zones, and a
+    /// change of sign may lie just behind the entry.
+    fn panels(&self, entry: T) -> &'static [f64] {
+        let (g, entry) = (&self.ground, entry.primal());
+        let turned = T::Primal::one() - g.slip.primal();
+        let per_modulus = self.radius.primal() / g.shear_modulus.primal();
+        let steep = turned * entry.squared() * per_modulus;
+        if self.joins() || T::Primal::from(STEEP).any_lt(steep) {
+            &[0.0, 0.015, 0.12, 1.0]
+        } else {
+            &[0.0, 1.0]
+        }
+    }
+
+    /// Whether a wheel is between driven and locked.
+    fn joins(&self) -> bool {
+        let driven = self.driven.primal();
+        T::Primal::zero().any_lt(driven.min_of(T::Primal::one() - driven))
+    }
+
+    /// Where the stresses bend, in rising order: at θm, at θ0, and where the shear changes its sign.
+    fn breaks(&self, at: &Places<T>) -> [T; 3] {
+        // Without a zone behind there is no bend, and the contact behind the apex is cut in half.
+        let none = at.apex * 0.5;
+        let bend = at.meeting.select_lt(at.entry * SMALLEST, none, at.meeting);
+        let turn = self.turn(at).map_or(bend, T::from_primal);
+        let turn = turn.select_lt(at.entry * SMALLEST, none, turn);
+        let (low, high) = (bend.min_of(at.apex), bend.max_of(at.apex));
+        let middle = low.max_of(turn).min_of(high);
+        [low.min_of(turn), middle, high.max_of(turn)]
+    }
+
+    /// Where j = 0 between driven and locked. None where no wheel is between.
+    fn turn(&self, at: &Places<T>) -> Option<T::Primal> {
+        let zero = T::Primal::zero();
+        if !self.joins() {
+            return None;
+        }
+        let wheel = self.map(T::primal);
+        let at = Places {
+            entry: at.entry.primal(),
+            meeting: at.meeting.primal(),
+            apex: at.apex.primal(),
+        };
+        // j has one sign from the entry to its change, which lies on that side of θ0 where its sign there says.
+        let there = wheel.displacement(&at, at.meeting);
+        let mut low = there.select_lt(zero, at.meeting, zero);
+        let mut high = there.select_lt(zero, at.entry, at.meeting);
+        for _ in 0..HALVINGS {
+            let middle = (low + high) * 0.5;
+            let j = wheel.displacement(&at, middle);
+            low = j.select_lt(zero, middle, low);
+            high = j.select_lt(zero, high, middle);
+        }
+        Some((low + high) * 0.5)
+    }
+
     fn sums(&self, entry: T) -> Sums<T> {
         let at = self.places(entry);
-        // Without a zone behind there is no bend, and the contact behind the apex is cut in half.
-        let bend = at
-            .meeting
-            .select_lt(entry * SMALLEST, at.apex * 0.5, at.meeting);
-        let (low, high) = (bend.min_of(at.apex), bend.max_of(at.apex));
+        let [first, second, third] = self.breaks(&at);
         let zero = T::zero();
         let (mut load, mut thrust, mut compaction, mut turning) = (zero, zero, zero, zero);
         let mut add = |angle: T, weight: T| {
@@ -162,16 +224,27 @@ impl<T: Real> Wheel<T> {
             turning += shear * weight;
         };
         let rule = rule::<NODES>();
-        for (x, w) in rule.nodes.iter().zip(&rule.weights).take(NODES) {
-            let (cube, slope) = (x * x * x, 3.0 * x * x * w);
-            // Nodes gather where σ rises as a broken power, and where a zone of shear begins.
-            let half = low * 0.5;
-            add(half * cube, half * slope);
-            add(low - half * (x * x), half * (2.0 * x * w));
-            add(low + (high - low) * *x, (high - low) * *w);
-            let span = (entry - high) * 0.5;
-            add(high + span * (x * x), span * (2.0 * x * w));
-            add(entry - span * cube, span * slope);
+        for ends in self.panels(entry).windows(2) {
+            let (from, length) = (ends[0], ends[1] - ends[0]);
+            for (x, w) in rule.nodes.iter().zip(&rule.weights).take(NODES) {
+                let (x, w) = (from + length * x, length * w);
+                let (square, slope) = (x * x, 2.0 * x * w);
+                // Nodes gather where σ rises as a broken power, and where a zone of shear begins.
+                let (fifth, steep) = (x.powi(5), 5.0 * x.powi(4) * w);
+                let half = first * 0.5;
+                add(half * fifth, half * steep);
+                add(first - half * square, half * slope);
+                for (low, high) in [(first, second), (second, third)] {
+                    let half = (high - low) * 0.5;
+                    if zero.primal().any_lt(half.primal()) {
+                        add(low + half * square, half * slope);
+                        add(high - half * square, half * slope);
+                    }
+                }
+                let half = (entry - third) * 0.5;
+                add(third + half * square, half * slope);
+                add(entry - half * fifth, half * steep);
+            }
         }
         Sums {
             load,
@@ -253,21 +326,15 @@ impl TerrainModel for BrakedTwoZone {
         bekker::soil(p, at)
     }
 
-    fn stresses(
-        &self,
-        p: &[f64],
-        at: &Contact<f64>,
-        points: usize,
-    ) -> Result<Option<StressProfile>, ModelError> {
+    fn stresses(&self, p: &[f64], at: &Contact<f64>) -> Result<Option<StressField>, ModelError> {
         let wheel = Wheel::read(p, at)?;
         let entry = wheel.entry(at)?;
         let places = wheel.places(entry);
-        Ok(Some(StressProfile::sample(
+        Ok(Some(StressField::new(
             0.0,
             places.apex,
             entry,
-            points,
-            |angle| {
+            move |angle| {
                 let (normal_stress, shear_stress) = wheel.stresses(&places, angle);
                 StressPoint {
                     angle,

@@ -18,14 +18,16 @@
 
 use crate::contact::{Contact, Hook};
 use crate::error::ModelError;
-use crate::forces::{Angles, Flags, StressPoint, StressProfile, WheelForces};
+use crate::forces::{Angles, Flags, WheelForces};
 use crate::model::{Soil, TerrainModel};
 use crate::models::bekker::PARAMS as BEKKER;
+use crate::models::displacement::{displacement, sign_changes};
 use crate::models::slots::checks::{self, Must, Values, kinematic, quantity};
 use crate::param::{Param, Scale};
-use crate::quadrature::{rule, t_minus_sin};
+use crate::quadrature::rule;
 use crate::real::{Real, Root};
 use crate::root::{MAX_ENTRY_ANGLE, balanced, rises_to};
+use crate::stress::{StressField, StressPoint};
 
 /// A tyre that flattens on firm ground.
 #[derive(Clone, Copy, Debug, Default)]
@@ -128,9 +130,7 @@ impl<T: Real> Wheel<T> {
     }
 
     fn displacement(&self, entry: T, angle: T) -> T {
-        let i = self.slip;
-        self.radius
-            * (i * (entry - angle) + (T::one() - i) * (t_minus_sin(entry) - t_minus_sin(angle)))
+        self.radius * displacement(self.slip, entry, angle)
     }
 
     fn mobilised(&self, j: T) -> T {
@@ -155,16 +155,29 @@ impl<T: Real> Wheel<T> {
         steep.select_lt(T::from(STEEP), mean * length, closed)
     }
 
+    /// x of the front at which the shear of a braked wheel changes its sign, which bends E: 1 where it does not.
+    fn bend(&self, entry: T, from: T, span: T) -> Option<T::Primal> {
+        let (slip, one) = (self.slip.primal(), T::Primal::one());
+        if !slip.any_lt(T::Primal::zero()) {
+            return None;
+        }
+        let entry = entry.primal();
+        let [ahead, _] = sign_changes(slip, entry, from.primal());
+        let share = (entry - ahead) / span.primal();
+        let tiny = T::Primal::from(f64::MIN_POSITIVE);
+        let x = share.max_of(tiny).pow_pos(one / 3.0).min_of(one);
+        Some(tiny.select_lt(share, x, one))
+    }
+
     fn sums(&self, entry: T) -> Sums<T> {
         let (from, span) = self.flat_from(entry);
         let zero = T::zero();
         let (mut load, mut thrust, mut compaction, mut turning) = (zero, zero, zero, zero);
-        let rule = rule::<NODES>();
-        for (x, w) in rule.nodes.iter().zip(&rule.weights).take(NODES) {
-            // θ1 - θ = span x³: σ rises as a broken power of the way from the entry.
+        // θ1 - θ = span x³: σ rises as a broken power of the way from the entry.
+        let mut add = |x: T, w: T| {
             let below = span * (x * x * x);
             let angle = entry - below;
-            let weight = span * (3.0 * x * x * w);
+            let weight = span * (x * x * w * 3.0);
             let (sum, _) = (entry - below * 0.5).sin_cos();
             let (half, _) = (below * 0.5).sin_cos();
             let depth = (self.radius * sum * half * 2.0).max_of(T::from(SHALLOW));
@@ -176,6 +189,16 @@ impl<T: Real> Wheel<T> {
             thrust += shear * cos * weight;
             compaction += normal * sin * weight;
             turning += shear * weight;
+        };
+        let rule = rule::<NODES>();
+        let bend = self.bend(entry, from, span);
+        let ahead = bend.map_or(T::one(), T::from_primal);
+        for (x, w) in rule.nodes.iter().zip(&rule.weights).take(NODES) {
+            add(ahead * *x, ahead * *w);
+            if bend.is_some() {
+                let behind = T::one() - ahead;
+                add(ahead + behind * *x, behind * *w);
+            }
         }
         let (sin, cos) = from.sin_cos();
         let length = self.radius * sin * 2.0;
@@ -308,19 +331,15 @@ impl TerrainModel for CompliantTyre {
     }
 
     /// Of the round front, and of the flat, where the pressure is p_t and points are named by their angle from the axle.
-    fn stresses(
-        &self,
-        p: &[f64],
-        at: &Contact<f64>,
-        points: usize,
-    ) -> Result<Option<StressProfile>, ModelError> {
+    fn stresses(&self, p: &[f64], at: &Contact<f64>) -> Result<Option<StressField>, ModelError> {
         let wheel = Wheel::read(p, at)?;
         let entry = wheel.entry(at)?;
         let (from, _) = wheel.flat_from(entry);
-        let stress = |angle| wheel.stress_at(entry, from, angle);
-        let mut profile = StressProfile::sample(-from, from, entry, points, stress);
-        profile.flat = (from > 0.0).then_some(from);
-        Ok(Some(profile))
+        let mut field = StressField::new(-from, from, entry, move |angle| {
+            wheel.stress_at(entry, from, angle)
+        });
+        field.flat = (from > 0.0).then_some(from);
+        Ok(Some(field))
     }
 
     /// Dry sand, upland sandy loam and lean clay of the catalogue, under tyres of 60, 150 and 100 kPa.

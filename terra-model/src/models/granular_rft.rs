@@ -19,13 +19,14 @@
 
 use crate::contact::{Contact, Hook};
 use crate::error::ModelError;
-use crate::forces::{Angles, Flags, StressPoint, StressProfile, WheelForces};
+use crate::forces::{Angles, Flags, WheelForces};
 use crate::model::TerrainModel;
 use crate::models::slots::checks::{self, Must, Values};
 use crate::param::{Param, Scale};
 use crate::quadrature::rule;
 use crate::real::{Real, Root};
 use crate::root::balanced;
+use crate::stress::{StressField, StressPoint};
 
 /// A wheel in dry grains.
 #[derive(Clone, Copy, Debug, Default)]
@@ -227,15 +228,11 @@ impl TerrainModel for GranularRft {
         vec![vec![2.54e5], vec![1e6], vec![3e6]]
     }
 
-    fn stresses(
-        &self,
-        p: &[f64],
-        at: &Contact<f64>,
-        points: usize,
-    ) -> Result<Option<StressProfile>, ModelError> {
+    fn stresses(&self, p: &[f64], at: &Contact<f64>) -> Result<Option<StressField>, ModelError> {
         let wheel = Wheel::read(p, at)?;
         let entry = wheel.entry(at)?;
-        let point = |angle: f64| {
+        let arm = at.radius;
+        let point = move |angle: f64| {
             // At the very bottom of a wheel that rolls without slip the direction has no meaning; a hair ahead it has.
             let place = angle.max(1e-9 * entry);
             let (back, up) = wheel.stresses(entry, place);
@@ -244,7 +241,7 @@ impl TerrainModel for GranularRft {
                 angle,
                 normal_stress: back * sin + up * cos,
                 shear_stress: up * sin - back * cos,
-                shear_arm: at.radius,
+                shear_arm: arm,
             }
         };
         const SCAN: usize = 400;
@@ -252,7 +249,7 @@ impl TerrainModel for GranularRft {
             .map(|k| entry * k as f64 / SCAN as f64)
             .max_by(|a, b| point(*a).normal_stress.total_cmp(&point(*b).normal_stress))
             .unwrap_or(0.0);
-        Ok(Some(StressProfile::sample(0.0, apex, entry, points, point)))
+        Ok(Some(StressField::new(0.0, apex, entry, point)))
     }
 }
 

@@ -14,13 +14,14 @@
 
 use crate::contact::{Contact, Hook};
 use crate::error::ModelError;
-use crate::forces::{Angles, Flags, StressPoint, StressProfile, WheelForces};
+use crate::forces::{Angles, Flags, WheelForces};
 use crate::model::{Soil, TerrainModel};
 use crate::models::bekker::{self, Ground};
 use crate::param::Param;
 use crate::quadrature::{sinc, t_minus_sin};
 use crate::real::{Real, Root};
 use crate::root::{LINEAR_RISES_TO, balanced, rises_to};
+use crate::stress::{StressField, StressPoint};
 
 /// The linearised-stress wheel.
 #[derive(Clone, Copy, Debug, Default)]
@@ -169,37 +170,27 @@ impl TerrainModel for LinearStress {
         bekker::soil(p, at)
     }
 
-    fn stresses(
-        &self,
-        p: &[f64],
-        at: &Contact<f64>,
-        points: usize,
-    ) -> Result<Option<StressProfile>, ModelError> {
+    fn stresses(&self, p: &[f64], at: &Contact<f64>) -> Result<Option<StressField>, ModelError> {
         let wheel = Self::wheel(p, at)?;
         let entry = Self::entry(&wheel, at)?;
         let f = wheel.forces(entry);
         let (apex, bottom) = (wheel.ground.apex_ratio * entry, wheel.ground.cohesion);
-        Ok(Some(StressProfile::sample(
-            0.0,
-            apex,
-            entry,
-            points,
-            |angle| {
-                let (normal_stress, shear_stress) = if angle >= apex {
-                    let share = (entry - angle) / (entry - apex);
-                    (f.sigma * share, f.tau * share)
-                } else {
-                    let share = angle / apex;
-                    (f.sigma * share, bottom + (f.tau - bottom) * share)
-                };
-                StressPoint {
-                    angle,
-                    normal_stress,
-                    shear_stress,
-                    shear_arm: at.radius,
-                }
-            },
-        )))
+        let arm = at.radius;
+        Ok(Some(StressField::new(0.0, apex, entry, move |angle| {
+            let (normal_stress, shear_stress) = if angle >= apex {
+                let share = (entry - angle) / (entry - apex);
+                (f.sigma * share, f.tau * share)
+            } else {
+                let share = angle / apex;
+                (f.sigma * share, bottom + (f.tau - bottom) * share)
+            };
+            StressPoint {
+                angle,
+                normal_stress,
+                shear_stress,
+                shear_arm: arm,
+            }
+        })))
     }
 }
 

@@ -4,6 +4,7 @@ mod bekker;
 mod bekker_compaction;
 mod braked_two_zone;
 mod compliant_tyre;
+mod displacement;
 mod granular_rft;
 mod grid_scm;
 mod hard_ground;

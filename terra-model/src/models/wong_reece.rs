@@ -29,12 +29,13 @@ mod wheel;
 use crate::batch::{Batch, BatchForces, Precision};
 use crate::contact::{Contact, Hook};
 use crate::error::ModelError;
-use crate::forces::{Angles, Flags, StressProfile, WheelForces};
+use crate::forces::{Angles, Flags, WheelForces};
 use crate::model::{ForceSlopes, Soil, TerrainModel};
 use crate::models::bekker::{self, Ground};
 use crate::param::Param;
 use crate::real::{Real, Root};
 use crate::root::MAX_ENTRY_ANGLE;
+use crate::stress::StressField;
 use wheel::{Integrals, Wheel};
 
 /// Nodes a piece in the first steps of the iteration, and in the last.
@@ -222,22 +223,13 @@ impl TerrainModel for WongReece {
         bekker::soil(p, at)
     }
 
-    fn stresses(
-        &self,
-        p: &[f64],
-        at: &Contact<f64>,
-        points: usize,
-    ) -> Result<Option<StressProfile>, ModelError> {
+    fn stresses(&self, p: &[f64], at: &Contact<f64>) -> Result<Option<StressField>, ModelError> {
         let wheel = Self::wheel(p, at)?;
         let (entry, _) = Self::solve(&wheel, at)?;
         let (exit, apex) = (wheel.exit(entry), wheel.apex(entry));
         let arm = at.radius + at.hooks.lug_height;
-        Ok(Some(StressProfile::sample(
-            exit,
-            apex,
-            entry,
-            points,
-            |angle| wheel.stress_at(entry, angle, arm),
-        )))
+        Ok(Some(StressField::new(exit, apex, entry, move |angle| {
+            wheel.stress_at(entry, angle, arm)
+        })))
     }
 }

@@ -4,7 +4,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use terra_model::{
     AnyModel, Batch, BatchForces, Contact, Contributions, Dual8, Dual16, Flags, ForceSlopes, Hook,
-    Lanes, ModelAt, ModelError, Param, Precision, Soil, StressProfile, WheelForces,
+    Lanes, ModelAt, ModelError, Param, Precision, Soil, StressField, WheelForces,
 };
 
 use super::Trouble;
@@ -195,12 +195,7 @@ impl AnyModel for PythonModel {
     fn typical_parameters(&self) -> Vec<Vec<f64>> {
         Vec::new()
     }
-    fn stress_profile(
-        &self,
-        _: &[f64],
-        _: &Contact<f64>,
-        _: usize,
-    ) -> Result<Option<StressProfile>, ModelError> {
+    fn stress_field(&self, _: &[f64], _: &Contact<f64>) -> Result<Option<StressField>, ModelError> {
         Ok(None)
     }
 }

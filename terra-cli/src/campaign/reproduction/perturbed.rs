@@ -202,7 +202,7 @@ fn worst_stress(bench: &Bench, truth: &[f64], found: &[f64]) -> Option<f64> {
     let car = &bench.rover.wheel;
     let at = Contact::new(0.2, 245.25, car.radius, car.width);
     let features = |p: &[f64]| {
-        let stress = bench.law.model().stress_profile(p, &at, 50).ok()??;
+        let stress = bench.law.model().stress_field(p, &at).ok()??.profile(50);
         Some([
             stress.max_normal.normal_stress,
             stress.max_normal.angle,

@@ -16,9 +16,9 @@
 
 use super::contact_state::{Soil, Sums, angle_at_depth, depth_base};
 use super::pieces::Pieces;
-use crate::forces::StressPoint;
 use crate::quadrature::t_minus_sin;
 use crate::real::{Real, Root};
+use crate::stress::StressPoint;
 
 /// δ.
 const TURN: f64 = 0.005;

@@ -9,9 +9,9 @@
 //! Iagnemma, Shibly: θ2 = 0, τ0 = c, Rs = R. Ding: θ2 = c3 θ1, τ0 = 0, Rs = R + λ h.
 
 use super::contact_state::{Soil, Sums};
-use crate::forces::StressPoint;
 use crate::quadrature::{sinc, t_minus_sin};
 use crate::real::Real;
+use crate::stress::StressPoint;
 
 /// Everything but the entry angle.
 #[derive(Clone, Copy)]

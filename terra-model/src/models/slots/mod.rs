@@ -27,13 +27,14 @@ use nalgebra::DMatrix;
 use crate::batch::{Batch, BatchForces, Precision};
 use crate::contact::{Contact, Hook};
 use crate::error::ModelError;
-use crate::forces::{Angles, Contributions, Flags, StressProfile, WheelForces};
+use crate::forces::{Angles, Contributions, Flags, WheelForces};
 use crate::guard::guard;
 use crate::model::{AnyModel, ModelAt, Soil};
 use crate::names::nearest;
 use crate::param::Param;
 use crate::real::{Real, Root, is_plain};
 use crate::root::{entry_angle, rises_to};
+use crate::stress::StressField;
 use checks::Values;
 use contact_state::Sums;
 pub use fillings::{Filling, Slots};
@@ -409,22 +410,17 @@ impl AnyModel for Composed {
     fn typical_parameters(&self) -> Vec<Vec<f64>> {
         typical::parameters(self.params())
     }
-    fn stress_profile(
+    fn stress_field(
         &self,
         p: &[f64],
         at: &Contact<f64>,
-        points: usize,
-    ) -> Result<Option<StressProfile>, ModelError> {
+    ) -> Result<Option<StressField>, ModelError> {
         let wheel = self.wheel(p, at)?;
         let entry = Self::entry(&wheel, at)?;
         let (exit, apex) = wheel.angles(entry);
-        Ok(Some(StressProfile::sample(
-            exit,
-            apex,
-            entry,
-            points,
-            |angle| wheel.stress_at(entry, angle),
-        )))
+        Ok(Some(StressField::new(exit, apex, entry, move |angle| {
+            wheel.stress_at(entry, angle)
+        })))
     }
 }
 

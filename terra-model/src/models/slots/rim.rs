@@ -8,9 +8,9 @@
 use super::contact_state::{Soil, Sums, angle_at_depth, depth_base};
 use super::pieces::Pieces;
 use super::pushed::{Lugs, Side};
-use crate::forces::StressPoint;
-use crate::quadrature::t_minus_sin;
+use crate::models::displacement::{displacement, sign_changes};
 use crate::real::{Real, Root};
+use crate::stress::StressPoint;
 
 /// Everything but the entry angle.
 #[derive(Clone, Copy)]
@@ -56,17 +56,11 @@ impl<T: Real> Rim<T> {
         -(self.exit_ratio * entry)
     }
 
-    /// j/R, without cancellation.
-    fn displacement(&self, entry: T, angle: T) -> T {
-        let i = self.slip;
-        i * (entry - angle) + (T::one() - i) * (t_minus_sin(entry) - t_minus_sin(angle))
-    }
-
     /// E along the wheel and across it.
     fn mobilised(&self, entry: T, angle: T) -> (T, T) {
         let strength = &self.soil.strength;
         let per_modulus = self.shear_radius / strength.modulus;
-        let y = per_modulus * self.displacement(entry, angle);
+        let y = per_modulus * displacement(self.slip, entry, angle);
         match self.turned {
             None => {
                 let e = strength.mobilised(y.abs());
@@ -156,7 +150,7 @@ impl<P: Root> Rim<P> {
         let deepest = self.radius * sin_half.squared() * 2.0;
         let pressure = self.soil.steepness(deepest);
         let [ahead, back] = if i.any_lt(P::zero()) {
-            self.sign_changes(entry, exit)
+            sign_changes(self.slip, entry, exit)
         } else {
             [entry, exit]
         };
@@ -176,36 +170,6 @@ impl<P: Root> Rim<P> {
             rear.at(u);
         }
         [front, rear]
-    }
-
-    /// Braking: the angles between which the shear displacement is negative, entry and exit where there is no change.
-    ///
-    /// j/R = f(θ1) - f(θ) with the odd f(θ) = θ - (1 - i) sin θ, which falls between ∓θc, cos θc = 1/(1 - i), and rises
-    /// outside: at most one zero inside and one below -θc.
-    fn sign_changes(&self, entry: P, exit: P) -> [P; 2] {
-        let zero = P::zero();
-        let i = self.slip.min_of(zero);
-        // tan²(θc/2) = (1 - cos θc)/(1 + cos θc) = -i/(2 - i)
-        let turn = (-i / (P::from(2.0) - i)).sqrt().atan() * 2.0;
-        let (upper, lower) = (turn.min_of(entry), (-turn).max_of(exit));
-        let search = |mut negative: P, mut positive: P| {
-            for _ in 0..40 {
-                let middle = (negative + positive) * 0.5;
-                let j = self.displacement(entry, middle);
-                negative = j.select_lt(zero, middle, negative);
-                positive = j.select_lt(zero, positive, middle);
-            }
-            (negative + positive) * 0.5
-        };
-        let lowest = self.displacement(entry, lower);
-        let ahead = lowest.select_lt(zero, search(lower, upper), entry);
-        let back = if exit.any_lt(-turn) {
-            let opens = zero.select_lt(self.displacement(entry, exit), lowest, zero);
-            opens.select_lt(zero, search(lower, exit), exit)
-        } else {
-            exit
-        };
-        [ahead, back]
     }
 }
 

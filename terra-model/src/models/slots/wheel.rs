@@ -10,10 +10,11 @@ use super::pushed::{Broken, Lugs, Side};
 use super::rim::Rim;
 use crate::contact::{Contact, Hook};
 use crate::error::ModelError;
-use crate::forces::StressPoint;
+use crate::models::bekker::apex_ratio;
 use crate::param::Param;
 use crate::real::{Real, Root, is_plain};
 use crate::root::{LINEAR_RISES_TO, LINEAR_WITH_EXIT_RISES_TO, MAX_ENTRY_ANGLE, RISING_EXIT};
+use crate::stress::StressPoint;
 
 /// The wheels by name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -164,7 +165,11 @@ impl WheelKind {
         let apex = || -> Result<(T, bool), ModelError> {
             match self {
                 WheelKind::LinearStressSymmetric => Ok((T::from(0.5), false)),
-                _ => apex_ratio(values, at, slip),
+                _ => {
+                    let c1 = values.get("c1", Must::BeFinite)?;
+                    let c2 = values.get("c2", Must::BeFinite)?;
+                    apex_ratio(values.model, [c1, c2], at.slip, slip)
+                }
             }
         };
         let linear = |exit_ratio, reach: T, bottom_shear| -> Result<Wheel<T>, ModelError> {
@@ -253,34 +258,6 @@ impl WheelKind {
             }
         }
     }
-}
-
-const APEX_LIMITS: (f64, f64) = (0.02, 0.98);
-
-/// θm/θ1 = c1 + c2 i, and whether it was held inside the contact (braking only).
-fn apex_ratio<T: Real>(
-    values: &Values<'_, T>,
-    at: &Contact<T>,
-    slip: T,
-) -> Result<(T, bool), ModelError> {
-    let c1 = values.get("c1", Must::BeFinite)?;
-    let c2 = values.get("c2", Must::BeFinite)?;
-    let free = c1 + c2 * slip;
-    let (low, high) = APEX_LIMITS;
-    let held = free.max_of(T::from(low)).min_of(T::from(high));
-    let driving = !at.slip.primal().any_lt(T::Primal::zero());
-    let inside = free.primal().min_lane() > 0.0 && free.primal().max_lane() < 1.0;
-    if !free.primal().is_finite() || (driving && !inside) {
-        return Err(ModelError::Parameter {
-            model: values.model,
-            parameter: "c1 + c2 slip",
-            value: free.primal().min_lane(),
-            expected: "a value between 0 and 1: the angle of maximum stress lies inside the contact",
-        });
-    }
-    let ratio = at.slip.select_lt(T::zero(), held, free);
-    let limited = (ratio - free).abs().primal().max_lane() > 0.0;
-    Ok((ratio, limited))
 }
 
 /// A wheel with its numbers.

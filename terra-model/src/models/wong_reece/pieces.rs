@@ -8,6 +8,7 @@
 //! Where a piece ends carries no derivative, because the integrand is continuous there: all of this is in the primal.
 
 use super::wheel::Wheel;
+use crate::models::displacement::sign_changes;
 use crate::quadrature::rule;
 use crate::real::{Real, Root};
 
@@ -23,9 +24,6 @@ pub(super) struct Pieces<P> {
 const STEEP: f64 = 6.0;
 /// j/K at the end of the first of those pieces.
 const FIRST_PIECE: f64 = 4.0;
-/// How exactly the end of a piece is placed, as a share of θ1: E's second derivative jumps there, which leaves the cube of
-/// that, and the step that ends the search is squared once more.
-const PLACED: f64 = 1e-5;
 /// A piece shorter than this share of a branch holds less than rounding.
 const NEGLIGIBLE: f64 = 1e-9;
 
@@ -55,7 +53,7 @@ impl<P: Root> Wheel<P> {
         let in_front = |angle: P| usable((entry - angle) / (entry - apex));
         let behind = |angle: P| usable((angle - exit) / (apex - exit));
         let [ahead, back] = if self.braking {
-            self.sign_changes(entry, exit)
+            sign_changes(self.ground.slip, entry, exit)
         } else {
             [entry, exit]
         };
@@ -75,50 +73,6 @@ impl<P: Root> Wheel<P> {
                 dense: dense(rear),
             },
         ]
-    }
-
-    /// Braking: the angles between which the shear displacement is negative, entry and exit where there is no change.
-    ///
-    /// j/R = f(θ1) - f(θ) with the odd f(θ) = θ - (1 - i) sin θ, which falls between ∓θc, cos θc = 1/(1 - i), and rises
-    /// outside: at most one zero inside and one below -θc.
-    fn sign_changes(&self, entry: P, exit: P) -> [P; 2] {
-        let zero = P::zero();
-        let i = self.ground.slip.min_of(zero);
-        // tan²(θc/2) = (1 - cos θc)/(1 + cos θc) = -i/(2 - i)
-        let turn = (-i / (P::from(2.0) - i)).sqrt().atan() * 2.0;
-        let (upper, lower) = (turn.min_of(entry), (-turn).max_of(exit));
-        let search = |mut negative: P, mut positive: P| {
-            // Newton inside the bracket; where the slope vanishes with j, halving is exact enough: E is flat there.
-            let mut angle = (negative + positive) * 0.5;
-            for _ in 0..10 {
-                let j = self.displacement(entry, angle);
-                negative = j.select_lt(zero, angle, negative);
-                positive = j.select_lt(zero, positive, angle);
-                let middle = (negative + positive) * 0.5;
-                let (sin_half, _) = (angle * 0.5).sin_cos();
-                let slope = -(i + (P::one() - i) * sin_half.squared() * 2.0);
-                let newton = angle - j / slope;
-                let (low, high) = (negative.min_of(positive), negative.max_of(positive));
-                // At the root itself the step ends on the bracket.
-                let above = newton.select_lt(low, middle, newton);
-                let next = high.select_lt(newton, middle, above);
-                let step = (next - angle).abs();
-                angle = next;
-                if !(entry * PLACED).any_lt(step) {
-                    break;
-                }
-            }
-            angle
-        };
-        let lowest = self.displacement(entry, lower);
-        let ahead = lowest.select_lt(zero, search(lower, upper), entry);
-        let back = if exit.any_lt(-turn) {
-            let opens = zero.select_lt(self.displacement(entry, exit), lowest, zero);
-            opens.select_lt(zero, search(lower, exit), exit)
-        } else {
-            exit
-        };
-        [ahead, back]
     }
 
     /// u at which the depth reaches `depth`; 1 where the contact stays above it.

@@ -11,7 +11,7 @@ use crate::model::ForceSlopes;
 /// Forces, and their derivatives in the eight parameters, slip and load; none where the contact has a sideways slip.
 pub(super) fn slopes(p: &[f64], at: &Contact<f64>) -> Result<Option<ForceSlopes>, ModelError> {
     let wheel = WongReece::wheel(p, at)?;
-    let &[_, _, _, _, friction, modulus, _, c2] = p else {
+    let &[_, _, _, _, friction, modulus, c1, c2] = p else {
         return Ok(None);
     };
     if wheel.lateral.is_some() {
@@ -26,8 +26,9 @@ pub(super) fn slopes(p: &[f64], at: &Contact<f64>) -> Result<Option<ForceSlopes>
     let stiffness = power * hooks.stiffness;
     // d tan φ/dφ = 1 + tan² φ
     let tan = friction.tan();
-    // θm/θ1 does not move where it is held; i = s driving, s/(1 + s) braking.
+    // θm/θ1 does not move where it is held, but with a c1 that holds it; i = s driving, s/(1 + s) braking.
     let free = if g.apex_limited { 0.0 } else { 1.0 };
+    let by_c1 = if g.apex_ratio == c1 { 1.0 } else { free };
     let i_by_slip = if wheel.braking {
         (1.0 - g.slip) * (1.0 - g.slip)
     } else {
@@ -46,7 +47,7 @@ pub(super) fn slopes(p: &[f64], at: &Contact<f64>) -> Result<Option<ForceSlopes>
                 -wheel.shear_radius / (g.shear_modulus * modulus),
             )],
         ),
-        partials.follow(0.0, &[(APEX, free)]),
+        partials.follow(0.0, &[(APEX, by_c1)]),
         partials.follow(0.0, &[(APEX, free * g.slip)]),
         partials.follow(0.0, &[(SLIP, i_by_slip), (APEX, free * c2 * i_by_slip)]),
         partials.follow(1.0 / area, &[]),

@@ -4,11 +4,12 @@
 //! stress (u = 1). The integrals themselves are in [`super::kernel`], and in [`super::general`] for what is rare.
 
 use crate::contact::{Contact, Hooks};
-use crate::forces::StressPoint;
 use crate::models::bekker::Ground;
-use crate::quadrature::{sinc, t_minus_sin};
+use crate::models::displacement::displacement;
+use crate::quadrature::sinc;
 use crate::real::{Real, Root, is_plain};
 use crate::root::{MAX_ENTRY_ANGLE, RISING_EXIT};
+use crate::stress::StressPoint;
 
 /// Everything but the entry angle, ready for integration.
 #[derive(Clone, Copy)]
@@ -134,16 +135,10 @@ impl<T: Real> Wheel<T> {
         -(self.exit_ratio * entry)
     }
 
-    /// j/R, without cancellation: i (θ1 - θ) + (1 - i)\[(θ1 - sin θ1) - (θ - sin θ)\].
-    pub(super) fn displacement(&self, entry: T, angle: T) -> T {
-        let i = self.ground.slip;
-        i * (entry - angle) + (T::one() - i) * (t_minus_sin(entry) - t_minus_sin(angle))
-    }
-
     /// E along the wheel and across it.
     pub(super) fn mobilised(&self, entry: T, angle: T) -> (T, T) {
         let per_modulus = self.shear_radius / self.ground.shear_modulus;
-        let y = per_modulus * self.displacement(entry, angle);
+        let y = per_modulus * displacement(self.ground.slip, entry, angle);
         match self.lateral {
             None => {
                 let e = self.mobilised_at(y.abs());
