@@ -127,7 +127,7 @@ impl WongReece {
         Self::legal(entry_angle)?;
         let wheel = Self::wheel(p, at)?;
         let (entry, integrals) = if wheel.lateral.is_some() {
-            solve::rare(&wheel, at)?
+            solve::rare::<f64, COARSE, FINE>(&wheel, at)?
         } else {
             let start = Some(entry_angle.ln());
             solve::balance::<f64, COARSE, FINE>(&wheel, at, start)?
@@ -147,7 +147,7 @@ impl WongReece {
     ) -> Result<WheelForces<f64>, ModelError> {
         let wheel = Self::wheel(p, at)?;
         let (entry, integrals) = match accuracy {
-            _ if wheel.lateral.is_some() => solve::rare(&wheel, at)?,
+            _ if wheel.lateral.is_some() => solve::rare::<f64, COARSE, FINE>(&wheel, at)?,
             Accuracy::Default => solve::balance::<f64, 8, 8>(&wheel, at, None)?,
             Accuracy::Fine => solve::balance::<f64, COARSE, FINE>(&wheel, at, None)?,
             Accuracy::Reference => solve::balance::<f64, 8, 24>(&wheel, at, None)?,
@@ -168,7 +168,7 @@ impl WongReece {
 
     fn solve<T: Real>(wheel: &Wheel<T>, at: &Contact<T>) -> Result<(T, Integrals<T>), ModelError> {
         if wheel.lateral.is_some() {
-            return solve::rare(wheel, at);
+            return solve::rare::<T, COARSE, FINE>(wheel, at);
         }
         solve::balance::<T, COARSE, FINE>(wheel, at, None)
     }
@@ -233,3 +233,6 @@ impl TerrainModel for WongReece {
         })))
     }
 }
+
+#[cfg(test)]
+mod tests;

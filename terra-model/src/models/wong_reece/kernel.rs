@@ -34,8 +34,11 @@ pub(super) struct Stress<V> {
     /// e.
     pub(super) exit: V,
     pub(super) hump: V,
+    /// Sideways displacement over K per angle behind the entry: (1 - i) |tan β| over K per radius of the lugs' tips.
+    pub(super) side: V,
     pub(super) braking: bool,
     pub(super) humped: bool,
+    pub(super) sideways: bool,
 }
 
 /// One node of both branches.
@@ -76,6 +79,8 @@ pub(super) struct Point<V> {
     pub(super) slope: V,
     pub(super) shear: V,
     pub(super) bulge: V,
+    /// dE/d ln θ1 by the displacement across the wheel.
+    pub(super) drift: V,
 }
 
 impl<V: Vector> Stress<V> {
@@ -105,6 +110,9 @@ impl<V: Vector> Stress<V> {
         // j/R = i (θ1 - θ) + (1 - i)((θ1 - sin θ1) - (θ - sin θ))
         let j = (at.defect - defect).mul_add(V::one() - self.slip, self.slip * ahead);
         let y = j * self.per_modulus;
+        if self.sideways {
+            return self.sideways_point(angle, [defect, versine], y, self.side * ahead);
+        }
         let shear = if self.braking { y.abs() } else { y };
         let rest = (-shear).exp_m1_fast();
         let (rise, left) = (-rest, rest + 1.0);
@@ -132,6 +140,34 @@ impl<V: Vector> Stress<V> {
             slope,
             shear: y,
             bulge,
+            drift: V::zero(),
+        }
+    }
+
+    /// The strength points along (j_x, j_y) of a length j: E(j) j_x/j along the wheel, where j_y grows with θ1 as it is.
+    #[inline(never)]
+    fn sideways_point(&self, angle: V, [defect, versine]: [V; 2], y: V, across: V) -> Point<V> {
+        let square = y.squared() + across.squared() + f64::MIN_POSITIVE;
+        let both = square.sqrt();
+        let rest = (-both).exp_m1_fast();
+        let (rise, left) = (-rest, rest + 1.0);
+        let bulge = self.hump * both * left * std::f64::consts::E;
+        let mobilised = rise * (bulge + 1.0);
+        let slope = left * (bulge + 1.0)
+            + rise * self.hump * left * (V::one() - both) * std::f64::consts::E;
+        let way = y / both;
+        let share = across.squared() / square;
+        let even = mobilised / both;
+        Point {
+            angle,
+            sin: angle - defect,
+            cos: V::one() - versine,
+            versine,
+            mobilised: mobilised * way,
+            slope: slope * way.squared() + even * share,
+            shear: y,
+            bulge: V::zero(),
+            drift: y * share * (slope - even),
         }
     }
 
@@ -211,8 +247,10 @@ impl<V: Vector> Sums<V> {
         let (cos_f, cos_b) = (at.front * f.cos, at.rear * b.cos);
         let (sin_f, sin_b) = (at.front * f.sin, at.rear * b.sin);
         let (e_f, e_b) = (f.mobilised, b.mobilised);
-        let grow =
-            |p: &Point<V>| (at.growth - s.growth(p.angle, p.versine)) * s.per_modulus * p.slope;
+        let grow = |p: &Point<V>| {
+            let along = (at.growth - s.growth(p.angle, p.versine)) * s.per_modulus * p.slope;
+            if s.sideways { along + p.drift } else { along }
+        };
         let (de_f, de_b) = (grow(f), grow(b));
 
         // ∫ over both branches of cos, sin; of E cos, E sin, E; and the slopes of each.
@@ -467,18 +505,24 @@ impl<P: Root> Wheel<P> {
     pub(super) fn stress_of(&self, scale: P) -> Stress<P::Nodes> {
         let g = &self.ground;
         let humped = P::zero().any_lt(self.hump);
+        let per_modulus = self.shear_radius / g.shear_modulus;
+        let side = self.lateral.map_or(P::zero(), |tan| {
+            per_modulus * (P::one() - g.slip) * tan.abs()
+        });
         Stress {
             scale: scale.spread(),
             exponent: g.exponent.spread(),
             cohesion: g.cohesion.spread(),
             tan_friction: g.tan_friction.spread(),
-            per_modulus: (self.shear_radius / g.shear_modulus).spread(),
+            per_modulus: per_modulus.spread(),
             slip: g.slip.spread(),
             apex: g.apex_ratio.spread(),
             exit: self.exit_ratio.spread(),
             hump: self.hump.spread(),
+            side: side.spread(),
             braking: self.braking,
             humped,
+            sideways: self.lateral.is_some(),
         }
     }
 }

@@ -11,7 +11,7 @@ use super::wheel::{Integrals, Wheel};
 use crate::contact::Contact;
 use crate::error::ModelError;
 use crate::real::{Real, Root, is_plain};
-use crate::root::{Search, entry_angle, rises_to};
+use crate::root::{Search, rises_to};
 
 /// Relative step of the entry angle at which the short rule has done its part: the next one is of the size of its error.
 const HANDOVER: f64 = 1e-3;
@@ -139,32 +139,22 @@ pub(super) fn partials<const COARSE: usize, const FINE: usize>(
     })
 }
 
-/// Solves node by node in the scalar itself: sideways slip.
-pub(super) fn rare<T: Real>(
+/// The angle as everywhere, and the integrals there node by node in the scalar itself: sideways slip.
+pub(super) fn rare<T: Real, const COARSE: usize, const FINE: usize>(
     wheel: &Wheel<T>,
     at: &Contact<T>,
 ) -> Result<(T, Integrals<T>), ModelError> {
-    let primal = wheel.map(T::primal);
-    let load = at.normal_load.primal();
-    let guess = primal
-        .ground
-        .compaction_guess(load, primal.radius, primal.width);
     type Tangent<T> = <<T as Real>::Primal as Root>::Tangent;
+    let primal = wheel.map(T::primal);
+    let (load, slip) = (at.normal_load.primal(), at.slip.primal());
+    let entry =
+        iterate::<T::Primal, COARSE, FINE, _>(&primal, load, slip, None, |entry, _, _| entry)?;
     let tangent: Wheel<Tangent<T>> = primal.map(Tangent::<T>::from_primal);
-    let last = Cell::new(None);
-    let slip = at.slip.primal();
-    let rises_to = rises_to(slip, primal.rises_to());
-    let found = entry_angle(load, guess, slip, rises_to, |angle| {
-        let integrals = tangent.integrals(angle);
-        last.set(Some(integrals));
-        integrals.load * tangent.radius * tangent.width
-    })?;
-    let root = T::from_primal(found.ln_angle.exp());
-    let last = match last.take() {
-        Some(last) if found.last => last,
-        _ => tangent.integrals(found.ln_angle.seed().exp()),
-    };
+    // One in the logarithm is the angle itself.
+    let seeded = Tangent::<T>::from_primal(entry) * (T::Primal::zero().seed() + 1.0);
+    let last = tangent.integrals(seeded);
     let slopes = last.map(|x| T::from_primal(T::Primal::parts(x).1));
+    let root = T::from_primal(entry);
     let there = if is_plain::<T>() {
         last.map(|x| T::from_primal(T::Primal::parts(x).0))
     } else {
