@@ -7,7 +7,7 @@ use crate::candidates::Candidates;
 use crate::dataset::{DataSet, Predictor};
 use crate::error::GapError;
 use crate::fit::Fit;
-use crate::forms::{Ground, ask_again};
+use crate::forms::{FREE, Ground, ask_again};
 use crate::hypothesis::Hypothesis;
 use crate::noise::{NoiseModel, Whitener};
 use crate::null::{drop_unanswered, refit};
@@ -22,6 +22,10 @@ use crate::weigh::{Weighed, unknown_amplitudes};
 const ADEQUATE_DRIVE: f64 = 1.3;
 /// Nats by which something unknown then stays behind it.
 const BEHIND_ADEQUATE: f64 = 8.0;
+
+/// Nats by which two causes must beat another formula of one of them: no library holds nature's formula, and the second cause
+/// was chosen among thirty.
+const FORMULA: f64 = 8.0;
 
 /// What was weighed.
 pub(crate) struct Rivals {
@@ -102,7 +106,7 @@ pub(crate) fn weigh_rivals<P: Predictor>(
         null_weighed,
         screen,
         mut singles,
-        pairs,
+        mut pairs,
         mut not_asked,
         mut found,
         ..
@@ -127,13 +131,13 @@ pub(crate) fn weigh_rivals<P: Predictor>(
         levels: &levels,
         whitener: &plain,
     };
-    let unknown = |singles: &[(usize, Vec<Weighed>)]| {
+    let unknown = |singles: &[(usize, Vec<Weighed>)], pairs: &[Weighed]| {
         let singles: Vec<&Weighed> = singles.iter().flat_map(|(_, w)| w).collect();
-        log_unknown(data, setup.kind, &plain, &null_weighed, &singles, &pairs)
+        log_unknown(data, setup.kind, &plain, &null_weighed, &singles, pairs)
     };
     if setup.kind == LogKind::Drive {
         let pair = pairs.iter().map(|w| w.log_evidence);
-        let rival = pair.fold(unknown(&singles), f64::max);
+        let rival = pair.fold(unknown(&singles, &pairs), f64::max);
         ask_again(
             &ground,
             &screen,
@@ -142,8 +146,9 @@ pub(crate) fn weigh_rivals<P: Predictor>(
             null_weighed.log_evidence,
             rival,
         );
+        drop_needless(&mut pairs, &singles);
     }
-    let log_unknown = unknown(&singles);
+    let log_unknown = unknown(&singles, &pairs);
     let fitted = match setup.kind {
         LogKind::Rig => fitted,
         LogKind::Drive | LogKind::Kinematic => null_weighed.plain.clone(),
@@ -163,6 +168,27 @@ pub(crate) fn weigh_rivals<P: Predictor>(
         log_unknown,
         not_asked,
     }))
+}
+
+/// Drops pairs that need no second cause, because another formula of one of their parts explains nearly as much.
+fn drop_needless(pairs: &mut Vec<Weighed>, singles: &[(usize, Vec<Weighed>)]) {
+    let reshaped: Vec<(&str, f64)> = singles
+        .iter()
+        .flat_map(|(_, w)| w)
+        .filter_map(|w| {
+            let effect = w.hypothesis.effects().first()?;
+            (effect.form() == FREE).then_some((effect.name(), w.log_evidence))
+        })
+        .collect();
+    pairs.retain(|pair| {
+        let effects = pair.hypothesis.effects();
+        let parts = reshaped
+            .iter()
+            .filter(|(name, _)| effects.iter().any(|e| e.name() == *name));
+        parts
+            .map(|(_, evidence)| evidence + FORMULA)
+            .all(|bar| pair.log_evidence > bar)
+    });
 }
 
 /// ln Z of something unknown: a discrepancy larger than any hypothesis may use, on top of explanations that are not adequate

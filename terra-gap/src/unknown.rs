@@ -81,16 +81,57 @@ fn range(v: &[f64]) -> (f64, f64) {
 pub(crate) fn gain(data: &DataSet, fit: &Fit, whitener: &Whitener, amplitudes: &[f64]) -> f64 {
     let phi = whitener.apply(&features(data));
     let y = &fit.residual + &fit.jacobian * &fit.x;
-    let base = log_density(&y, &fit.jacobian);
-    log_sum_exp(amplitudes.iter().map(|a| {
-        let mut b = fit
-            .jacobian
-            .clone()
-            .resize_horizontally(fit.jacobian.ncols() + phi.ncols(), 0.0);
-        b.columns_mut(fit.jacobian.ncols(), phi.ncols())
-            .copy_from(&(&phi * *a));
-        log_density(&y, &b) - base
-    })) - (amplitudes.len() as f64).ln()
+    let known = fit.jacobian.ncols();
+    let mut b = fit
+        .jacobian
+        .clone()
+        .resize_horizontally(known + phi.ncols(), 0.0);
+    b.columns_mut(known, phi.ncols()).copy_from(&phi);
+    let columns = Columns::new(&y, &b);
+    let base = columns.log_density(known, 0.0);
+    log_sum_exp(
+        amplitudes
+            .iter()
+            .map(|&a| columns.log_density(known, a) - base),
+    ) - (amplitudes.len() as f64).ln()
+}
+
+/// What data and columns come to in Woodbury's formula: y'y, B'y, B'B, made once for all amplitudes.
+struct Columns {
+    squares: f64,
+    by: DVector<f64>,
+    bb: DMatrix<f64>,
+}
+
+impl Columns {
+    fn new(y: &DVector<f64>, b: &DMatrix<f64>) -> Self {
+        Columns {
+            squares: y.norm_squared(),
+            by: b.tr_mul(y),
+            bb: b.transpose() * b,
+        }
+    }
+
+    /// ln N(y; 0, I + B B') without the constant, the columns after the first `known` times an amplitude.
+    fn log_density(&self, known: usize, amplitude: f64) -> f64 {
+        let n = if amplitude == 0.0 {
+            known
+        } else {
+            self.by.len()
+        };
+        let times = |k: usize| if k < known { 1.0 } else { amplitude };
+        let h = DMatrix::from_fn(n, n, |r, c| {
+            self.bb[(r, c)] * times(r) * times(c) + f64::from(u8::from(r == c))
+        });
+        let by = DVector::from_fn(n, |r, _| self.by[r] * times(r));
+        match h.cholesky() {
+            Some(c) => {
+                let log_det = 2.0 * c.l_dirty().diagonal().iter().map(|v| v.ln()).sum::<f64>();
+                -0.5 * (self.squares - by.dot(&c.solve(&by))) - 0.5 * log_det
+            }
+            None => f64::NEG_INFINITY,
+        }
+    }
 }
 
 /// How many times the stated variance something unknown may scatter, with equal weights; that a channel does not is as
@@ -114,19 +155,6 @@ pub(crate) fn scatter_gain(data: &DataSet, fit: &Fit) -> f64 {
         .sum()
 }
 
-/// ln N(y; 0, I + B B') without the constant.
-fn log_density(y: &DVector<f64>, b: &DMatrix<f64>) -> f64 {
-    let h = b.tr_mul(b) + DMatrix::identity(b.ncols(), b.ncols());
-    let by = b.tr_mul(y);
-    match h.cholesky() {
-        Some(c) => {
-            let log_det = 2.0 * c.l_dirty().diagonal().iter().map(|v| v.ln()).sum::<f64>();
-            -0.5 * (y.norm_squared() - by.dot(&c.solve(&by))) - 0.5 * log_det
-        }
-        None => f64::NEG_INFINITY,
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -140,7 +168,11 @@ mod tests {
         let c = s.cholesky().unwrap();
         let dense =
             -0.5 * y.dot(&c.solve(&y)) - c.l().diagonal().iter().map(|v| v.ln()).sum::<f64>();
-        assert!((log_density(&y, &b) - dense).abs() < 1e-12);
+        assert!((Columns::new(&y, &b).log_density(2, 0.0) - dense).abs() < 1e-12);
+        // The second column by its amplitude.
+        let mut half = b.clone();
+        half.column_mut(1).scale_mut(2.0);
+        assert!((Columns::new(&y, &half).log_density(1, 0.5) - dense).abs() < 1e-12);
     }
 
     /// n values of variance v: the best single s is v, its gain n/2 (v - 1 - ln v), less the price of the choice; none for

@@ -65,6 +65,55 @@ fn the_right_cause_is_named_by_another_formula() {
     assert!((0.8..1.2).contains(&after), "{after}");
 }
 
+/// A wheel that flattens in proportion to its load and sinkage that grows with slip by another curve: by the library's formula
+/// two other causes explain the first better, and a second one beside it the second.
+#[test]
+fn another_formula_is_told_from_two_causes() {
+    for (name, form, magnitude, soil) in [
+        (
+            "wheel-compliance",
+            "load-flattening",
+            0.48,
+            [1.84e6, 1.364, 1347.0, 0.553, 0.0244, 0.414, 0.295],
+        ),
+        (
+            "slip-sinkage",
+            "rational-softening",
+            0.655,
+            [2.77e6, 1.231, 478.0, 0.4865, 0.01636, 0.468, 0.362],
+        ),
+    ] {
+        let (rover, registry, mut scenario) = example();
+        let names = [
+            "k_phi",
+            "sinkage_exponent",
+            "cohesion",
+            "friction_angle",
+            "shear_modulus",
+            "c1",
+            "c2",
+        ];
+        let values = names.map(str::to_owned).into_iter().zip(soil);
+        let soil = Start::Values(values.chain([("k_c".to_owned(), 0.0)]).collect());
+        (scenario.left, scenario.right) = (soil.clone(), soil);
+        scenario.effects = vec![EffectSetting {
+            name: name.to_owned(),
+            magnitude: vec![magnitude],
+            form: Some(form.to_owned()),
+        }];
+        let log = simulate_drive(&scenario, &rover, &registry).unwrap().log;
+        let d = diagnose_drive(&log, &rover, &registry, &Settings::of(&rover)).unwrap();
+        let first = &d.causes[0];
+        assert_eq!(
+            (first.name.as_str(), first.form.as_str()),
+            (name, "free"),
+            "{:?}",
+            d.set
+        );
+        assert!(first.probability > 0.5, "{}", first.probability);
+    }
+}
+
 /// Ruts on a soil far from the one the rover file starts at: the nominal law's re-fit ends in a corner, from where nothing of
 /// the ruts is to be seen, and whose misfit other effects take up in part. The cause is found from the prior centre.
 #[test]

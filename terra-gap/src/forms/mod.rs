@@ -1,10 +1,10 @@
-//! The right physics by another formula: the best single causes of a drive once more, with their formula left free where the
-//! data ask for it.
+//! The right physics by another formula: the single causes of a drive once more, with their formula left free where the data
+//! ask for it.
 //!
 //! No library holds nature's formula. An effect whose curve is not quite the library's leaves a remainder that a second
-//! effect, or something unknown, would be blamed for. So where one of these gains more than every single cause, the best
-//! single causes are asked again with smooth terms that can only reshape what the effect does ([`free::FreeForm`]). Terms are
-//! chosen one by one by their screened gain, each paid for as one choice among all.
+//! effect, or something unknown, would be blamed for. So where one of these gains more than every single cause, all of them
+//! are asked again with smooth terms that can only reshape what the effect does ([`free::FreeForm`]). Terms are chosen one by
+//! one by their screened gain, and a set of them is paid for as one choice among all such sets.
 
 mod free;
 mod term;
@@ -31,8 +31,6 @@ use term::{Regime, Term};
 /// Manoeuvres from which a formula can be asked about: on a single ramp slip, speed and path are one variable, and a free
 /// formula would imitate what is in no library.
 const MANOEUVRES: usize = 3;
-/// Single causes that are asked again, the parts of the best pair beside them.
-const CAUSES: usize = 3;
 /// Terms that a formula may differ by, in as many rounds.
 const TERMS: [usize; 2] = [4, 6];
 /// Screened gain beyond its price \[nats\] that a term must promise.
@@ -141,6 +139,13 @@ impl Reshaped {
     }
 }
 
+/// ln of the number of ways to choose `k` terms `of` many: every set of them was as probable as any other before.
+fn choices(of: usize, k: usize) -> f64 {
+    (0..k)
+        .map(|i| ((of - i) as f64 / (i + 1) as f64).ln())
+        .sum()
+}
+
 /// An effect by another formula, where the data ask for one that could stand against `rival`, ln Z of another answer.
 fn reshape<P: Predictor>(
     ground: &Ground<'_, '_, P>,
@@ -149,7 +154,7 @@ fn reshape<P: Predictor>(
     rival: f64,
 ) -> Option<Weighed> {
     let effect = Arc::clone(plain.hypothesis.effects().first()?);
-    let price = (Term::of(&*effect, ground.null.law.model().hooks()).len() as f64).ln();
+    let of = Term::of(&*effect, ground.null.law.model().hooks()).len();
     let mut shape = Reshaped {
         effect,
         regime,
@@ -180,7 +185,7 @@ fn reshape<P: Predictor>(
             contest(ground.setup.kind),
         )
         .ok()?;
-        let paid = shape.chosen.len() as f64 * price;
+        let paid = choices(of, shape.chosen.len());
         next.log_evidence -= paid;
         next.plain_log_evidence -= paid;
         let worse = next.log_evidence <= from.log_evidence;
@@ -197,12 +202,51 @@ fn reshape<P: Predictor>(
     found
 }
 
-/// Asks the best single causes and the parts of the best pair again with a free formula, where `rival`, ln Z of a pair or of
-/// something unknown, stands above every single cause and one of these is far above `null`, and puts what is found beside their other forms.
+/// The parts of a pair that are too weak to have been confirmed alone: another formula may do what the other part does.
+fn parts_alone<P: Predictor>(
+    ground: &Ground<'_, '_, P>,
+    screen: &[Screened],
+    singles: &[(usize, Vec<Weighed>)],
+    pair: &Weighed,
+) -> Vec<(usize, Vec<Weighed>)> {
+    let soil = ground.null.len();
+    let alone = |(place, effect): (usize, &Arc<dyn AnyEffect>)| {
+        let confirmed = singles
+            .iter()
+            .any(|(k, w)| !w.is_empty() && screen[*k].name == effect.name());
+        if confirmed || effect.params().len() != 1 {
+            return None;
+        }
+        let row = screen.iter().position(|s| s.name == effect.name())?;
+        let h = ground.null.with(Arc::clone(effect)).ok()?;
+        let mut start = pair
+            .plain
+            .x
+            .rows(0, soil)
+            .iter()
+            .copied()
+            .collect::<Vec<_>>();
+        start.push(*pair.plain.x.get(soil + place)?);
+        let contest = contest(ground.setup.kind);
+        let (data, predictor, levels) = (ground.data, ground.predictor, ground.levels);
+        let w = weigh(data, predictor, &h, levels, &[start], None, contest).ok()?;
+        Some((row, vec![w]))
+    };
+    pair.hypothesis
+        .effects()
+        .iter()
+        .enumerate()
+        .filter_map(alone)
+        .collect()
+}
+
+/// Asks every confirmed single cause and the parts of the best pair again with a free formula, where `rival`, ln Z of a pair or
+/// of something unknown, stands above every single cause and one of these is far above `null`, and puts what is found beside
+/// their other forms. By the library's own formula the right one may be far behind: it is the terms' promise that tells.
 pub(crate) fn ask_again<P: Predictor>(
     ground: &Ground<'_, '_, P>,
     screen: &[Screened],
-    singles: &mut [(usize, Vec<Weighed>)],
+    singles: &mut Vec<(usize, Vec<Weighed>)>,
     pairs: &[Weighed],
     null: f64,
     rival: f64,
@@ -218,7 +262,10 @@ pub(crate) fn ask_again<P: Predictor>(
     if best < null + EFFECT || best + BEHIND > rival {
         return;
     }
-    let best_pair = pairs.iter().max_by(|a, b| by_evidence(a, b));
+    if let Some(pair) = pairs.iter().max_by(|a, b| by_evidence(a, b)) {
+        let parts = parts_alone(ground, screen, singles, pair);
+        singles.extend(parts);
+    }
     let regime = regime(ground.data, ground.setup);
     let mut order: Vec<usize> = (0..singles.len())
         .filter(|i| !singles[*i].1.is_empty())
@@ -231,17 +278,7 @@ pub(crate) fn ask_again<P: Predictor>(
         names.push(name(*i));
         new
     });
-    let part = |i: usize| {
-        let mut effects = best_pair.iter().flat_map(|w| w.hypothesis.effects());
-        effects.any(|e| e.name() == name(i))
-    };
-    let asked: Vec<usize> = order
-        .iter()
-        .enumerate()
-        .filter(|(rank, i)| *rank < CAUSES || part(**i))
-        .map(|(_, i)| *i)
-        .collect();
-    let found: Vec<(usize, Weighed)> = asked
+    let found: Vec<(usize, Weighed)> = order
         .into_par_iter()
         .filter_map(|i| {
             let w = reshape(ground, regime, &singles[i].1[0], rival)?;
@@ -250,5 +287,18 @@ pub(crate) fn ask_again<P: Predictor>(
         .collect();
     for (i, w) in found {
         singles[i].1.push(w);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Ten pairs of five; the order in which they were chosen is none of the prior's business.
+    #[test]
+    fn a_set_of_terms_is_one_choice() {
+        assert!((choices(5, 2) - 10.0_f64.ln()).abs() < 1e-12);
+        assert!((choices(20, 3) - 1140.0_f64.ln()).abs() < 1e-12);
+        assert_eq!(choices(7, 0), 0.0);
     }
 }
