@@ -117,3 +117,42 @@ fn the_furthest_times_have_a_difference() {
         log.notes
     );
 }
+
+/// A text of four gigabytes in a record of some bytes: said, and no room is made for it. Other records are nobody's business.
+#[test]
+fn a_text_longer_than_its_record_is_said() {
+    let record = |opcode: u8, body: &[u8]| {
+        [&[opcode], &(body.len() as u64).to_le_bytes()[..], body].concat()
+    };
+    let endless = u32::MAX.to_le_bytes();
+    let text = |t: &str| [&(t.len() as u32).to_le_bytes()[..], t.as_bytes()].concat();
+    let header = record(1, &[text(""), text("")].concat());
+    let schema = [&[1, 0], text("my/msg/M").as_slice(), &endless].concat();
+    let metadata = [&[8, 0, 0, 0], endless.as_slice(), &[0; 4]].concat();
+    let channel = [
+        &[1, 0, 1, 0],
+        text("/speed").as_slice(),
+        &text("cdr"),
+        &metadata,
+    ]
+    .concat();
+    let folder = tempfile::tempdir().unwrap();
+    let (bag, map) = (
+        folder.path().join("a.mcap"),
+        folder.path().join("topics.toml"),
+    );
+    std::fs::write(&map, format!("[rows]\nat = \"/speed\"\n[columns]\n{MAP}")).unwrap();
+    for records in [
+        [header.clone(), record(3, &schema)].concat(),
+        [header, record(4, &channel)].concat(),
+    ] {
+        std::fs::write(&bag, [b"\x89MCAP0\r\n", records.as_slice()].concat()).unwrap();
+        let e = import_mcap(&bag, &map).unwrap_err();
+        assert!(e.to_string().contains("longer than its record"), "{e}");
+    }
+    // A bag's header, which nothing is read of.
+    let header = record(1, &endless);
+    std::fs::write(&bag, [b"\x89MCAP0\r\n", header.as_slice()].concat()).unwrap();
+    let e = import_mcap(&bag, &map).unwrap_err();
+    assert!(!e.to_string().contains("longer than its record"), "{e}");
+}

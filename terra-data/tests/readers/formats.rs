@@ -151,6 +151,44 @@ mod mat {
         assert!(e.to_string().contains("no vector of numbers"), "{e}");
     }
 
+    fn compressed(zeros: usize) -> Vec<u8> {
+        use std::io::Write;
+        let mut file = vec![b' '; 124];
+        file.extend([0, 1, b'I', b'M']);
+        let word = |n: u32| n.to_le_bytes();
+        let mut matrix = vec![];
+        // Class unsigned 8-bit; dimensions; the name, in its tag; the values.
+        for n in [6, 8, 9, 0, 5, 8, zeros as u32, 1] {
+            matrix.extend(word(n));
+        }
+        matrix.extend(word((1 << 16) | 1));
+        matrix.extend(*b"a\0\0\0");
+        matrix.extend([word(2), word(zeros as u32)].concat());
+        matrix.resize(matrix.len() + zeros, 0);
+        let mut deflate = flate2::write::ZlibEncoder::new(vec![], flate2::Compression::best());
+        let tag = [word(14), word(matrix.len() as u32)].concat();
+        deflate.write_all(&[tag, matrix].concat()).unwrap();
+        let body = deflate.finish().unwrap();
+        file.extend([word(15), word(body.len() as u32)].concat());
+        file.extend(body);
+        file
+    }
+
+    /// Zeros deflate a thousandfold: a million of them are a log, a hundred million in 100 kB are none.
+    #[test]
+    fn what_inflates_without_end_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("zeros.mat");
+        std::fs::write(&path, compressed(1_000_000)).unwrap();
+        assert_eq!(import(ImportKind::Mat, &path).unwrap().len(), 1_000_000);
+        let bomb = compressed(100_000_000);
+        assert!(bomb.len() < 200_000, "{}", bomb.len());
+        std::fs::write(&path, bomb).unwrap();
+        let e = import(ImportKind::Mat, &path).unwrap_err();
+        assert_eq!(kind(&e), "Unreadable");
+        assert!(e.to_string().contains("64 MiB"), "{e}");
+    }
+
     #[test]
     fn what_is_no_mat_file_is_said() {
         let e = import(ImportKind::Mat, file("drive.csv")).unwrap_err();

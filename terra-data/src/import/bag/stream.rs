@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::Read;
 
-use mcap::records::Record;
+use mcap::records::{Record, op};
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 
 use super::cdr::{self, Value};
@@ -15,8 +15,11 @@ use crate::error::{DataError, Origin};
 use crate::problem::Problem;
 use crate::source::unreadable;
 
-/// Largest record: a length in a damaged file must not become an allocation.
-const LARGEST: usize = 1 << 30;
+/// Largest record in bytes: a length in a damaged file must not become an allocation.
+const LARGEST: u64 = 1 << 30;
+/// Largest record of a small bag: so many bytes, and so many times the file, because a record may be compressed.
+const LEAST: u64 = 64 << 20;
+const INFLATION: u64 = 64;
 
 /// Most bytes read at once.
 const PIECE: usize = 1 << 20;
@@ -76,9 +79,13 @@ pub(crate) fn read(mut file: File, origin: &Origin, map: &Map) -> Result<Vec<Top
         topics: vec![],
         seen: vec![],
     };
+    let length = file.metadata().map_err(|e| unreadable(origin, &e))?.len();
+    let largest = LEAST
+        .saturating_add(length.saturating_mul(INFLATION))
+        .min(LARGEST);
     let options = LinearReaderOptions::default()
         .with_validate_chunk_crcs(true)
-        .with_record_length_limit(LARGEST);
+        .with_record_length_limit(usize::try_from(largest).unwrap_or(usize::MAX));
     let mut reader = LinearReader::new_with_options(options);
     while let Some(event) = reader.next_event() {
         match event.map_err(damaged)? {
@@ -91,7 +98,14 @@ pub(crate) fn read(mut file: File, origin: &Origin, map: &Map) -> Result<Vec<Top
                 reader.notify_read(got);
             }
             LinearReadEvent::Record { data, opcode } => {
-                state.take(mcap::parse_record(opcode, data).map_err(damaged)?)?;
+                if !believable(opcode, data) {
+                    return Err(origin.fail_file(Problem::Unreadable {
+                        reason: "as MCAP: a text is longer than its record".to_owned(),
+                    }));
+                }
+                if matches!(opcode, op::SCHEMA | op::CHANNEL | op::MESSAGE) {
+                    state.take(mcap::parse_record(opcode, data).map_err(damaged)?)?;
+                }
             }
         }
     }
@@ -103,6 +117,46 @@ pub(crate) fn read(mut file: File, origin: &Origin, map: &Map) -> Result<Vec<Top
     }
     state.all_found()?;
     Ok(state.topics)
+}
+
+/// Whether the texts of a record end in it. The parser makes room for a text by the length that it claims, four gigabytes
+/// if need be, before it looks for its bytes.
+fn believable(opcode: u8, record: &[u8]) -> bool {
+    fn skip(rest: &mut &[u8], n: usize) -> Option<()> {
+        *rest = rest.get(n..)?;
+        Some(())
+    }
+    fn length(rest: &mut &[u8]) -> Option<usize> {
+        let (head, tail) = rest.split_first_chunk::<4>()?;
+        *rest = tail;
+        usize::try_from(u32::from_le_bytes(*head)).ok()
+    }
+    fn text(rest: &mut &[u8]) -> Option<()> {
+        let n = length(rest)?;
+        skip(rest, n)
+    }
+    let mut rest = record;
+    let whole = match opcode {
+        // Its number, its name, its encoding.
+        op::SCHEMA => skip(&mut rest, 2).and_then(|()| {
+            text(&mut rest)?;
+            text(&mut rest)
+        }),
+        // Its number and its schema's, its topic, its encoding, and names with values, their length in bytes before them.
+        op::CHANNEL => skip(&mut rest, 4).and_then(|()| {
+            text(&mut rest)?;
+            text(&mut rest)?;
+            let n = length(&mut rest)?;
+            let end = rest.len().checked_sub(n)?;
+            while rest.len() > end {
+                text(&mut rest)?;
+                text(&mut rest)?;
+            }
+            Some(())
+        }),
+        _ => Some(()),
+    };
+    whole.is_some()
 }
 
 impl State<'_> {

@@ -12,13 +12,17 @@ use super::matrix::{Array, matrix};
 /// Kind of a data element.
 pub(super) const MATRIX: u32 = 14;
 const COMPRESSED: u32 = 15;
-/// Deflate cannot do better than 1032 to 1.
-const MOST_INFLATION: u64 = 1032;
+/// Most bytes that compressed variables give: so many, and so many times what they take in the file. Deflate can do 1032
+/// times, and a small file would fill the memory.
+const INFLATED: u64 = 64 << 20;
+const INFLATION: u64 = 64;
 
 /// A file.
 pub(super) struct Reader<R> {
     file: R,
     little: bool,
+    /// Bytes that compressed variables may still give.
+    room: u64,
 }
 
 impl<R: Read> Reader<R> {
@@ -37,7 +41,11 @@ impl<R: Read> Reader<R> {
             Some([1, 0, b'M', b'I']) => false,
             _ => return Err("no header of a version 5 file; save it with -v6 or -v7".to_owned()),
         };
-        Ok(Reader { file, little })
+        Ok(Reader {
+            file,
+            little,
+            room: INFLATED,
+        })
     }
 
     /// All variables.
@@ -57,11 +65,7 @@ impl<R: Read> Reader<R> {
             match kind {
                 MATRIX => arrays.extend(matrix(&mut Bytes::new(&body, self.little), 0)?),
                 COMPRESSED => {
-                    let mut inflated = Vec::new();
-                    ZlibDecoder::new(body.as_slice())
-                        .take(u64::from(size) * MOST_INFLATION)
-                        .read_to_end(&mut inflated)
-                        .map_err(|e| format!("a compressed variable: {e}"))?;
+                    let inflated = self.inflate(&body)?;
                     let mut bytes = Bytes::new(&inflated, self.little);
                     let (kind, mut inner) = bytes.element()?;
                     if kind == MATRIX {
@@ -76,6 +80,29 @@ impl<R: Read> Reader<R> {
                 self.bytes(padding)?;
             }
         }
+    }
+
+    /// A compressed variable, if there is room for it.
+    fn inflate(&mut self, body: &[u8]) -> Result<Vec<u8>, String> {
+        self.room = self
+            .room
+            .saturating_add((body.len() as u64).saturating_mul(INFLATION));
+        let mut inflated = Vec::new();
+        ZlibDecoder::new(body)
+            .take(self.room.saturating_add(1))
+            .read_to_end(&mut inflated)
+            .map_err(|e| format!("a compressed variable: {e}"))?;
+        self.room = self
+            .room
+            .checked_sub(inflated.len() as u64)
+            .ok_or_else(|| {
+                format!(
+                    "its compressed variables are more than {INFLATION} times what they take, and more than {} MiB; save it \
+                     with -v6",
+                    INFLATED >> 20
+                )
+            })?;
+        Ok(inflated)
     }
 
     /// As many bytes as there are, up to `n`.
