@@ -32,6 +32,8 @@ pub struct DriveRun {
 
 /// Rows of one drive before it is refused: a guard against a slip of the pen in a duration or a rate.
 const MAX_ROWS: f64 = 5e7;
+/// Duration of one drive \[s\] before it is refused, eleven days: few rows may take as many steps.
+const MAX_DURATION: f64 = 1e6;
 
 /// Simulates a drive with 1 ms Runge-Kutta steps.
 ///
@@ -226,10 +228,19 @@ fn check(scenario: &Scenario, rover: &Rover) -> Result<(), SimError> {
     {
         return value("duration_s", segment.duration, "a duration above 0");
     }
+    let duration: f64 = scenario.segments.iter().map(|s| s.duration).sum();
+    if duration > MAX_DURATION {
+        return value(
+            "duration_s of all segments",
+            duration,
+            "at most 1e6 s: check duration_s",
+        );
+    }
+    // A segment has a row however short it is.
     let total: f64 = scenario
         .segments
         .iter()
-        .map(|s| s.duration * scenario.rate)
+        .map(|s| (s.duration * scenario.rate).max(1.0))
         .sum();
     if total > MAX_ROWS {
         return value(

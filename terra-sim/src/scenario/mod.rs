@@ -5,12 +5,17 @@ mod parse_world;
 mod toml_table;
 mod world;
 
+use std::fs::File;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use terra_data::Start;
 
 use crate::error::SimError;
 pub use world::{Motor, Patch, SensorSettings, SideSlip, World};
+
+/// Largest file in bytes; a real one has a few kilobytes.
+const LARGEST: u64 = 1 << 20;
 
 /// A scenario of `terra simulate`: a drive (segments) or a rig (trials).
 #[derive(Clone, Debug, PartialEq)]
@@ -177,7 +182,7 @@ impl Scenario {
     ///
     /// # Errors
     /// [`ScenarioError`](crate::ScenarioError) with line and column: a syntax error, an unknown key with the nearest known one, a
-    /// missing key, a wrong type, a number out of range.
+    /// missing key, a wrong type, a number out of range, trials that multiply to more than a log can hold.
     pub fn parse(text: &str, file: &str) -> Result<Self, SimError> {
         Ok(parse::scenario(text, file)?)
     }
@@ -185,13 +190,21 @@ impl Scenario {
     /// Reads a scenario file.
     ///
     /// # Errors
-    /// [`SimError::Unreadable`], or as [`Scenario::parse`].
+    /// [`SimError::Unreadable`], also for a file of more than 1 MiB, or as [`Scenario::parse`].
     pub fn read(path: &Path) -> Result<Self, SimError> {
         let file = path.display().to_string();
-        let text = std::fs::read_to_string(path).map_err(|e| SimError::Unreadable {
+        let unreadable = |reason: String| SimError::Unreadable {
             file: file.clone(),
-            reason: e.to_string(),
-        })?;
+            reason,
+        };
+        // A device may never end, so no more is taken than a scenario can have.
+        let mut text = String::new();
+        File::open(path)
+            .and_then(|f| f.take(LARGEST + 1).read_to_string(&mut text))
+            .map_err(|e| unreadable(e.to_string()))?;
+        if text.len() as u64 > LARGEST {
+            return Err(unreadable(format!("longer than {LARGEST} bytes")));
+        }
         Scenario::parse(&text, &file)
     }
 

@@ -12,6 +12,11 @@ use crate::error::ScenarioError;
 
 pub(super) type Parsed<T> = Result<T, ScenarioError>;
 
+/// Most numbers that the trials of a file hold: a few short lists multiply to any number.
+const MOST_NUMBERS: usize = 10_000_000;
+/// Numbers of a trial beside its slips and loads, at most.
+const BESIDE: usize = 24;
+
 /// Model of a scenario that names none.
 const DEFAULT_MODEL: &str = "wong-reece";
 
@@ -31,12 +36,7 @@ pub(super) fn scenario(text: &str, file: &str) -> Parsed<Scenario> {
         None => Vec::new(),
     };
     let trials = match root.get("trial") {
-        Some(list) => list
-            .items()?
-            .iter()
-            .map(trials)
-            .collect::<Parsed<Vec<_>>>()?
-            .concat(),
+        Some(list) => all_trials(&list)?,
         None => Vec::new(),
     };
     let effects = match root.get("effect") {
@@ -275,9 +275,19 @@ fn numbers(value: &Value<'_, '_>, what: &str, legal: impl Fn(f64) -> bool) -> Pa
     items.iter().map(|v| v.number_where(what, &legal)).collect()
 }
 
+/// The trials of all `[[trial]]`, as many as a log can hold.
+fn all_trials(list: &Value<'_, '_>) -> Parsed<Vec<Trial>> {
+    let mut all = Vec::new();
+    let mut left = MOST_NUMBERS;
+    for item in list.items()? {
+        all.extend(trials(&item, &mut left)?);
+    }
+    Ok(all)
+}
+
 /// The trials of one `[[trial]]`: speeds and passes multiply, pass innermost, so that a programme can drive each rut
-/// again at each speed.
-fn trials(value: &Value<'_, '_>) -> Parsed<Vec<Trial>> {
+/// again at each speed. What they are is taken off what is left.
+fn trials(value: &Value<'_, '_>, left: &mut usize) -> Parsed<Vec<Trial>> {
     let table = value.table()?;
     let slip = table.get("slip");
     let load = table.get("normal_load_N");
@@ -316,6 +326,16 @@ fn trials(value: &Value<'_, '_>) -> Parsed<Vec<Trial>> {
         ramp,
     };
     let speeds = numbers(&travel.ok_or(no_travel)?, "a speed above 0", |v| v > 0.0)?;
+    let each = one.slip.len() + one.normal_load.len() + BESIDE;
+    let numbers = each.saturating_mul(speeds.len().saturating_mul(passes.len()));
+    *left = left.checked_sub(numbers).ok_or_else(|| {
+        let trials = speeds.len().saturating_mul(passes.len());
+        value.error(format!(
+            "speeds x passes are {trials} trials of {} slips and {} loads: too many for one file",
+            one.slip.len(),
+            one.normal_load.len()
+        ))
+    })?;
     Ok(speeds
         .iter()
         .flat_map(|&travel_speed| {

@@ -1,7 +1,8 @@
 use std::path::{Path, PathBuf};
 
 use terra_data::{Rover, Start};
-use terra_sim::{Command, Profile, Scenario, SimError, paper};
+use terra_model::Registry;
+use terra_sim::{Command, Profile, Scenario, SimError, paper, simulate_drive};
 
 const DRIVE: &str = r#"seed = 7
 rover = "rover.toml"
@@ -252,6 +253,37 @@ fn example_files_are_the_paper_module() {
 fn an_unreadable_file_is_named() {
     let error = Scenario::read(Path::new("no/such/scenario.toml")).unwrap_err();
     assert!(error.to_string().contains("no/such/scenario.toml"));
+}
+
+/// 40 kB of lists that multiply to 10^8 trials: refused before room is made for them, at the table.
+#[test]
+fn lists_that_multiply_beyond_a_log_are_refused() {
+    let ones = format!("[{}1]", "1,".repeat(9_999));
+    let text = format!(
+        "seed = 1\nrover = \"rig.toml\"\nterrain = \"dry_sand\"\n[[trial]]\nslip = 0.1\nnormal_load_N = 100\npass = {ones}\ntravel_speed_m_s = {ones}\n"
+    );
+    let (line, _, message) = fails(&text);
+    assert_eq!(line, 4);
+    assert!(message.contains("100000000 trials"), "{message}");
+    let few = text.replace(&ones, "[1, 1, 1]");
+    assert_eq!(Scenario::parse(&few, "s.toml").unwrap().trials.len(), 9);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_device_that_never_ends_is_no_scenario() {
+    let e = Scenario::read(Path::new("/dev/zero")).unwrap_err();
+    assert!(e.to_string().contains("longer than 1048576 bytes"), "{e}");
+}
+
+/// A slip of the pen in a duration would run for weeks, whatever the rate of the log.
+#[test]
+fn a_drive_of_years_is_refused() {
+    let mut scenario = paper::torque_ramp("dry_sand", 1).unwrap();
+    scenario.segments[0].duration = 1e8;
+    scenario.rate = 1e-3;
+    let e = simulate_drive(&scenario, &paper::light_rover(), &Registry::builtin()).unwrap_err();
+    assert!(e.to_string().contains("duration_s"), "{e}");
 }
 
 /// A rig rover refuses segments, a vehicle refuses trials.
