@@ -66,7 +66,7 @@ fn the_right_cause_is_named_by_another_formula() {
 }
 
 /// A wheel that flattens in proportion to its load and sinkage that grows with slip by another curve: by the library's formula
-/// two other causes explain the first better, and a second one beside it the second.
+/// two other causes explain the first better, and a second one beside it the second. One cause is named, and the right one.
 #[test]
 fn another_formula_is_told_from_two_causes() {
     for (name, form, magnitude, soil) in [
@@ -104,12 +104,7 @@ fn another_formula_is_told_from_two_causes() {
         let log = simulate_drive(&scenario, &rover, &registry).unwrap().log;
         let d = diagnose_drive(&log, &rover, &registry, &Settings::of(&rover)).unwrap();
         let first = &d.causes[0];
-        assert_eq!(
-            (first.name.as_str(), first.form.as_str()),
-            (name, "free"),
-            "{:?}",
-            d.set
-        );
+        assert_eq!(first.name, name, "{:?}", d.set);
         assert!(first.probability > 0.5, "{}", first.probability);
     }
 }
