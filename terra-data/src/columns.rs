@@ -122,11 +122,7 @@ pub(crate) struct Bound {
 
 impl Bound {
     /// A column under its own name, without unit, that must be there.
-    pub(crate) fn plain<R: std::io::Read>(
-        table: &Table<R>,
-        name: &str,
-        expected: &str,
-    ) -> Result<Bound, DataError> {
+    pub(crate) fn plain(table: &Table<'_>, name: &str, expected: &str) -> Result<Bound, DataError> {
         let Some(index) = table.position(name)? else {
             let close = nearest(name, table.header.iter().map(String::as_str));
             let at = close
@@ -160,8 +156,8 @@ impl Bound {
 }
 
 /// Finds contract columns in a header through `[columns]`.
-pub(crate) struct Binder<'a, R> {
-    table: &'a Table<R>,
+pub(crate) struct Binder<'a> {
+    table: &'a Table<'a>,
     rover: &'a Rover,
     // Whether [columns] speaks of this file. A log in our own names (one that terra simulated) may be read with the
     // rover file of a log in the user's names: then no mapped name is found, and the file is taken as it is.
@@ -169,8 +165,8 @@ pub(crate) struct Binder<'a, R> {
     used: BTreeSet<usize>,
 }
 
-impl<'a, R: std::io::Read> Binder<'a, R> {
-    pub(crate) fn new(table: &'a Table<R>, rover: &'a Rover, kind: LogKind) -> Self {
+impl<'a> Binder<'a> {
+    pub(crate) fn new(table: &'a Table<'a>, rover: &'a Rover, kind: LogKind) -> Self {
         let of_kind = |name: &str| find(name).is_some_and(|c| c.logs.contains(&kind));
         let mapped = rover.columns.iter().any(|(name, map)| {
             of_kind(name) && find(&map.from).is_none() && table.header.contains(&map.from)

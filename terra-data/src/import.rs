@@ -124,7 +124,11 @@ impl ImportedLog {
     ///
     /// # Errors
     /// Those of the stream.
-    pub fn write_to(&self, out: impl Write) -> io::Result<()> {
+    pub fn write_to(&self, mut out: impl Write) -> io::Result<()> {
+        self.write_rows(&mut out)
+    }
+
+    fn write_rows(&self, out: &mut dyn Write) -> io::Result<()> {
         let mut csv = csv::Writer::from_writer(out);
         csv.write_record(&self.header)?;
         for row in &self.rows {

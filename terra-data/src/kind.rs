@@ -47,6 +47,10 @@ pub fn log_kind(path: impl AsRef<Path>, rover: &Rover) -> Result<LogKind, DataEr
 /// # Errors
 /// As [`log_kind`].
 pub fn log_kind_from(reader: impl Read, name: &str, rover: &Rover) -> Result<LogKind, DataError> {
+    find(Box::new(reader), name, rover)
+}
+
+fn find(reader: Box<dyn Read + '_>, name: &str, rover: &Rover) -> Result<LogKind, DataError> {
     let table = Table::open(reader, Origin::data(name), None, "a log")?;
     let found = |kind: LogKind, wanted: &[&str]| {
         let mut binder = Binder::new(&table, rover, kind);

@@ -40,6 +40,10 @@ pub fn read_drive_log_from(
     name: &str,
     rover: &Rover,
 ) -> Result<DriveLog, DataError> {
+    read(Box::new(reader), name, rover)
+}
+
+fn read(reader: Box<dyn Read + '_>, name: &str, rover: &Rover) -> Result<DriveLog, DataError> {
     let mut table = Table::open(reader, Origin::data(name), None, "a drive log")?;
     let mut warnings = Vec::new();
     let (mut channels, ignored) = Channels::find(&table, rover, &mut warnings)?;
@@ -104,8 +108,8 @@ struct Channels {
 }
 
 impl Channels {
-    fn find<R: Read>(
-        table: &Table<R>,
+    fn find(
+        table: &Table<'_>,
         rover: &Rover,
         warnings: &mut Vec<String>,
     ) -> Result<(Self, Vec<String>), DataError> {
@@ -194,8 +198,8 @@ impl Channels {
     }
 }
 
-fn wheels<R: Read>(
-    binder: &mut Binder<'_, R>,
+fn wheels(
+    binder: &mut Binder<'_>,
     before: &str,
     after: &str,
 ) -> Result<Option<[Track; 4]>, DataError> {
@@ -205,8 +209,8 @@ fn wheels<R: Read>(
 }
 
 /// Wheel torque as logged, or from motor currents.
-fn torque<R: Read>(
-    binder: &mut Binder<'_, R>,
+fn torque(
+    binder: &mut Binder<'_>,
     rover: &Rover,
     warnings: &mut Vec<String>,
 ) -> Result<Option<[Track; 4]>, DataError> {

@@ -51,6 +51,10 @@ pub fn read_rig_log_from(
     name: &str,
     rover: &Rover,
 ) -> Result<RigLog, DataError> {
+    read(Box::new(reader), name, rover)
+}
+
+fn read(reader: Box<dyn Read + '_>, name: &str, rover: &Rover) -> Result<RigLog, DataError> {
     let mut table = Table::open(reader, Origin::data(name), None, "a rig log")?;
     let (mut columns, ignored) = Columns::find(&table, rover)?;
     let mut log = RigLog::default();
@@ -92,11 +96,7 @@ struct Pair {
 }
 
 impl Pair {
-    fn find<R: Read>(
-        binder: &mut Binder<'_, R>,
-        value: &str,
-        sd: &str,
-    ) -> Result<Option<Pair>, DataError> {
+    fn find(binder: &mut Binder<'_>, value: &str, sd: &str) -> Result<Option<Pair>, DataError> {
         match binder.optional(value)? {
             Some(value) => Ok(Some(Pair {
                 value,
@@ -140,7 +140,7 @@ struct Columns {
 }
 
 impl Columns {
-    fn find<R: Read>(table: &Table<R>, rover: &Rover) -> Result<(Self, Vec<String>), DataError> {
+    fn find(table: &Table<'_>, rover: &Rover) -> Result<(Self, Vec<String>), DataError> {
         let mut b = Binder::new(table, rover, LogKind::Rig);
         let columns = Columns {
             trial: b.optional("trial")?,

@@ -32,6 +32,10 @@ pub fn read_terrains(path: impl AsRef<Path>) -> Result<Vec<Terrain>, DataError> 
 /// # Errors
 /// As [`read_terrains`].
 pub fn read_terrains_from(reader: impl Read, name: &str) -> Result<Vec<Terrain>, DataError> {
+    read(Box::new(reader), name)
+}
+
+fn read(reader: Box<dyn Read + '_>, name: &str) -> Result<Vec<Terrain>, DataError> {
     let origin = Origin::configuration(name);
     let mut table = Table::open(reader, origin, Some(b'#'), "a terrain catalogue")?;
     let text = ["id", "set", "name"];
@@ -86,10 +90,7 @@ pub(crate) fn names_a_file(hypotheses: &str) -> bool {
     hypotheses.contains(['/', '\\', '.'])
 }
 
-fn find<R: Read, const N: usize>(
-    table: &Table<R>,
-    names: [&str; N],
-) -> Result<[Bound; N], DataError> {
+fn find<const N: usize>(table: &Table<'_>, names: [&str; N]) -> Result<[Bound; N], DataError> {
     let mut bound = Vec::with_capacity(N);
     for name in names {
         bound.push(Bound::plain(table, name, "it in a terrain catalogue")?);

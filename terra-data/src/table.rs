@@ -11,9 +11,12 @@ use crate::names::short;
 use crate::problem::Problem;
 use crate::source::{text_prefix, unreadable};
 
+/// One kind of stream: readers are compiled once, here, and not again in every crate that reads from another.
+type Stream<'r> = LineWatch<io::Chain<Cursor<Vec<u8>>, Box<dyn Read + 'r>>>;
+
 /// A CSV table under its header. Memory: one row.
-pub(crate) struct Table<R> {
-    csv: csv::Reader<LineWatch<io::Chain<Cursor<Vec<u8>>, R>>>,
+pub(crate) struct Table<'r> {
+    csv: csv::Reader<Stream<'r>>,
     record: ByteRecord,
     line: u64,
     rows: usize,
@@ -33,10 +36,10 @@ pub(crate) struct Row<'t> {
     pub(crate) line: u64,
 }
 
-impl<R: Read> Table<R> {
+impl<'r> Table<'r> {
     /// Reads the header. Lines that begin with `comment` are skipped.
     pub(crate) fn open(
-        mut reader: R,
+        mut reader: Box<dyn Read + 'r>,
         origin: Origin,
         comment: Option<u8>,
         expected: &'static str,

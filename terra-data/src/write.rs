@@ -25,7 +25,11 @@ pub fn write_drive_log(path: impl AsRef<Path>, log: &DriveLog) -> Result<(), Dat
 ///
 /// # Errors
 /// Those of the stream.
-pub fn write_drive_log_to(out: impl Write, log: &DriveLog) -> io::Result<()> {
+pub fn write_drive_log_to(mut out: impl Write, log: &DriveLog) -> io::Result<()> {
+    drive(&mut out, log)
+}
+
+fn drive(out: &mut dyn Write, log: &DriveLog) -> io::Result<()> {
     let channels = log.channels();
     let mut csv = csv::Writer::from_writer(out);
     let segmented = !log.segments.is_empty();
@@ -61,7 +65,11 @@ pub fn write_rig_log(path: impl AsRef<Path>, log: &RigLog) -> Result<(), DataErr
 ///
 /// # Errors
 /// Those of the stream.
-pub fn write_rig_log_to(out: impl Write, log: &RigLog) -> io::Result<()> {
+pub fn write_rig_log_to(mut out: impl Write, log: &RigLog) -> io::Result<()> {
+    rig(&mut out, log)
+}
+
+fn rig(out: &mut dyn Write, log: &RigLog) -> io::Result<()> {
     // A column is written when a row has a value for it; slip and load always.
     let columns: Vec<_> = RIG_NUMBERS
         .iter()

@@ -1,7 +1,4 @@
 //! What the report shows of an estimate: the columns of its table, as figures.
-
-use std::collections::HashMap;
-
 use terra_data::DriveLog;
 
 use crate::report::{Channel, EstimateView};
@@ -80,21 +77,24 @@ pub(crate) fn view(log: &DriveLog, table: &str) -> EstimateView {
         .headers()
         .map(|h| h.iter().map(str::to_owned).collect())
         .unwrap_or_default();
-    let mut columns: HashMap<&str, Vec<f64>> = HashMap::new();
+    let mut columns: Vec<Vec<f64>> = vec![vec![]; head.len()];
     let mut flags: Vec<(String, usize)> = vec![];
     for row in reader.records().flatten() {
-        for (name, cell) in head.iter().zip(&row) {
+        for ((name, column), cell) in head.iter().zip(&mut columns).zip(&row) {
             if name == "flag" {
                 match flags.iter_mut().find(|f| f.0 == cell) {
                     Some(flag) => flag.1 += 1,
                     None => flags.push((cell.to_owned(), 1)),
                 }
             }
-            let value = cell.parse().unwrap_or(f64::NAN);
-            columns.entry(name).or_default().push(value);
+            column.push(cell.parse().unwrap_or(f64::NAN));
         }
     }
-    let column = |name: &str| columns.get(name).cloned().unwrap_or_default();
+    let column = |name: &str| {
+        let found = head.iter().position(|h| h == name);
+        let found = found.and_then(|k| columns.get(k));
+        found.cloned().unwrap_or_default()
+    };
     let channels = |of: &[Column]| -> Vec<Channel> {
         let all = of
             .iter()

@@ -33,7 +33,8 @@ impl Frame {
         if extension.is_some_and(|e| e == "parquet") {
             return Frame::parquet(path, origin);
         }
-        let mut table = Table::open(open(path, origin)?, origin.clone(), None, "a table")?;
+        let file = Box::new(open(path, origin)?);
+        let mut table = Table::open(file, origin.clone(), None, "a table")?;
         let names = table.header.clone();
         let mut cells: Vec<Vec<String>> = vec![Vec::new(); names.len()];
         let mut rows = 0;
