@@ -1,4 +1,5 @@
 //! What the report shows of an estimate: the columns of its table, as figures.
+
 use terra_data::DriveLog;
 
 use crate::report::{Channel, EstimateView};
