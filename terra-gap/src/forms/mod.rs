@@ -210,7 +210,10 @@ fn parts_alone<P: Predictor>(
     pair: &Weighed,
 ) -> Vec<(usize, Vec<Weighed>)> {
     let soil = ground.null.len();
-    let alone = |(place, effect): (usize, &Arc<dyn AnyEffect>)| {
+    let mut next = soil;
+    let alone = |effect: &Arc<dyn AnyEffect>| {
+        let place = next;
+        next += effect.params().len();
         let confirmed = singles
             .iter()
             .any(|(k, w)| !w.is_empty() && screen[*k].name == effect.name());
@@ -226,18 +229,13 @@ fn parts_alone<P: Predictor>(
             .iter()
             .copied()
             .collect::<Vec<_>>();
-        start.push(*pair.plain.x.get(soil + place)?);
+        start.push(*pair.plain.x.get(place)?);
         let contest = contest(ground.setup.kind);
         let (data, predictor, levels) = (ground.data, ground.predictor, ground.levels);
         let w = weigh(data, predictor, &h, levels, &[start], None, contest).ok()?;
         Some((row, vec![w]))
     };
-    pair.hypothesis
-        .effects()
-        .iter()
-        .enumerate()
-        .filter_map(alone)
-        .collect()
+    pair.hypothesis.effects().iter().filter_map(alone).collect()
 }
 
 /// Asks every confirmed single cause and the parts of the best pair again with a free formula, where `rival`, ln Z of a pair or
