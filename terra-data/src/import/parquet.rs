@@ -1,5 +1,7 @@
 //! Parquet files: flat tables of numbers and text.
 
+mod headers;
+
 use std::fs::File;
 use std::path::Path;
 
@@ -41,16 +43,23 @@ fn frame(path: &Path, origin: &Origin) -> Result<Frame, DataError> {
             reason: e.to_string(),
         })
     };
-    let file = open(path, origin)?;
+    let refuse = |reason: String| origin.fail_file(Problem::Unreadable { reason });
+    let mut file = open(path, origin)?;
     let length = file.metadata().map_err(|e| unreadable(origin, &e))?.len();
-    let reader = SerializedFileReader::new(file).map_err(fail)?;
+    headers::footer(&mut file).map_err(refuse)?;
+    let again = file.try_clone().map_err(|e| unreadable(origin, &e))?;
+    let reader = SerializedFileReader::new(again).map_err(fail)?;
     if let Some(column) = misplaced(&reader, length) {
-        return Err(origin.fail_file(Problem::Unreadable {
-            reason: format!(
-                "column '{}' lies outside the file",
-                crate::names::short(&column)
-            ),
-        }));
+        return Err(refuse(format!(
+            "column '{}' lies outside the file",
+            crate::names::short(&column)
+        )));
+    }
+    for group in reader.metadata().row_groups() {
+        for column in group.columns() {
+            let (start, length) = column.byte_range();
+            headers::pages(&mut file, start, length).map_err(refuse)?;
+        }
     }
     let mut columns: Vec<(String, Column)> = vec![];
     let mut rows = 0;
