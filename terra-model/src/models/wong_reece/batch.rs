@@ -248,9 +248,9 @@ impl<V: Vector + Root<Nodes = V>> Group<V> {
         let first = Integrator::<V, 2>::new(&self.wheel, self.stress);
         let second = Integrator::<V, 3>::new(&self.wheel, self.stress);
         let entry = guess.min_of(Self::top());
-        let (carried, slope) = first.whole_at(entry).load(entry);
+        let (carried, slope) = first.whole_at::<false>(entry).load(entry);
         let entry = self.newton(entry, carried, slope);
-        let (carried, slope) = second.whole_at(entry).load(entry);
+        let (carried, slope) = second.whole_at::<false>(entry).load(entry);
         self.newton(entry, carried, slope)
     }
 
@@ -280,7 +280,7 @@ impl<V: Vector + Root<Nodes = V>> Group<V> {
         let mut good = self.legal;
         let mut done = (zero, [zero; 2]);
         for evaluation in 1..=FINE_STEPS {
-            let (value, slopes) = fine.whole_at(entry).integrals(entry);
+            let (value, slopes) = fine.whole_at::<false>(entry).integrals(entry);
             let step = self.step(value.load, slopes.load);
             // Along the power law through value and slope, to second order; nothing here is negative.
             let tiny = V::from(f64::from(f32::MIN_POSITIVE));

@@ -162,7 +162,7 @@ impl<P: Root, const ORDER: usize> Integrator<'_, P, ORDER> {
             );
         };
         let mut soil = |node: Node<P::Nodes>, power_slope: P::Nodes| {
-            let (f, b) = s.pair(&at, node.u);
+            let (f, b) = s.pair::<false>(&at, node.u);
             let depth = at.versine - f.versine;
             let ln_base = (depth * node.inverse).ln_fast();
             let bare = (ln_base * s.exponent).exp_fast();
@@ -195,7 +195,7 @@ impl<P: Root, const ORDER: usize> Integrator<'_, P, ORDER> {
             });
         }
         self.each_layer_node(entry, |layer, u, plain| {
-            let (f, b) = s.pair(&at, u);
+            let (f, b) = s.pair::<false>(&at, u);
             let height = at.versine - f.versine;
             let extra = height.mul_add(layer.radius, -layer.depth) * plain;
             let scale = layer.stiffness * plain;

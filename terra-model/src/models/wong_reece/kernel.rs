@@ -105,12 +105,17 @@ impl<V: Vector> Stress<V> {
     }
 
     #[inline(always)]
-    pub(super) fn point(&self, at: &Angle<V>, angle: V, ahead: V) -> Point<V> {
+    pub(super) fn point<const SIDEWAYS: bool>(
+        &self,
+        at: &Angle<V>,
+        angle: V,
+        ahead: V,
+    ) -> Point<V> {
         let (defect, versine) = angle.sine_defects();
         // j/R = i (θ1 - θ) + (1 - i)((θ1 - sin θ1) - (θ - sin θ))
         let j = (at.defect - defect).mul_add(V::one() - self.slip, self.slip * ahead);
         let y = j * self.per_modulus;
-        if self.sideways {
+        if SIDEWAYS {
             return self.sideways_point(angle, [defect, versine], y, self.side * ahead);
         }
         let shear = if self.braking { y.abs() } else { y };
@@ -172,11 +177,11 @@ impl<V: Vector> Stress<V> {
     }
 
     #[inline(always)]
-    pub(super) fn pair(&self, at: &Angle<V>, u: V) -> (Point<V>, Point<V>) {
+    pub(super) fn pair<const SIDEWAYS: bool>(&self, at: &Angle<V>, u: V) -> (Point<V>, Point<V>) {
         let ahead = at.entry * at.front * u;
-        let front = self.point(at, at.entry - ahead, ahead);
+        let front = self.point::<SIDEWAYS>(at, at.entry - ahead, ahead);
         let angle = at.entry * at.rear.mul_add(u, -self.exit);
-        let rear = self.point(at, angle, at.entry - angle);
+        let rear = self.point::<SIDEWAYS>(at, angle, at.entry - angle);
         (front, rear)
     }
 }
@@ -212,29 +217,41 @@ impl<V: Vector> Sums<V> {
     }
 
     #[inline(always)]
-    pub(super) fn add(&mut self, s: &Stress<V>, at: &Angle<V>, node: &Node<V>) {
-        let (f, b) = s.pair(at, node.u);
+    pub(super) fn add<const SIDEWAYS: bool>(
+        &mut self,
+        s: &Stress<V>,
+        at: &Angle<V>,
+        node: &Node<V>,
+    ) {
+        let (f, b) = s.pair::<SIDEWAYS>(at, node.u);
         // h by the difference of 1 - cos: it loses what the first node is close to the entry, a factor of a hundred.
         let depth = at.versine - f.versine;
         let sigma =
             ((depth * node.inverse).ln_fast() * s.exponent).exp_fast() * s.scale * node.power;
         let sigma_slope = sigma * s.exponent * at.deepening(&f) / depth;
-        self.add_stress(s, at, [&f, &b], [sigma, sigma_slope, node.plain]);
+        self.add_stress::<SIDEWAYS>(s, at, [&f, &b], [sigma, sigma_slope, node.plain]);
     }
 
     /// A node of the layer below the surface: σ grows linearly from its top. Its cohesion is in the main integral.
     #[inline]
-    fn add_layer(&mut self, s: &Stress<V>, at: &Angle<V>, layer: &Layer<V>, u: V, plain: V) {
-        let (f, b) = s.pair(at, u);
+    fn add_layer<const SIDEWAYS: bool>(
+        &mut self,
+        s: &Stress<V>,
+        at: &Angle<V>,
+        layer: &Layer<V>,
+        u: V,
+        plain: V,
+    ) {
+        let (f, b) = s.pair::<SIDEWAYS>(at, u);
         let scale = layer.stiffness * plain;
         let depth = (at.versine - f.versine).mul_add(layer.radius, -layer.depth);
         let slope = scale * layer.radius * at.deepening(&f);
-        self.add_stress(s, at, [&f, &b], [scale * depth, slope, V::zero()]);
+        self.add_stress::<SIDEWAYS>(s, at, [&f, &b], [scale * depth, slope, V::zero()]);
     }
 
     /// Adds σ with its slope at one node, and the shear stress that goes with it.
     #[inline(always)]
-    fn add_stress(
+    fn add_stress<const SIDEWAYS: bool>(
         &mut self,
         s: &Stress<V>,
         at: &Angle<V>,
@@ -249,7 +266,7 @@ impl<V: Vector> Sums<V> {
         let (e_f, e_b) = (f.mobilised, b.mobilised);
         let grow = |p: &Point<V>| {
             let along = (at.growth - s.growth(p.angle, p.versine)) * s.per_modulus * p.slope;
-            if s.sideways { along + p.drift } else { along }
+            if SIDEWAYS { along + p.drift } else { along }
         };
         let (de_f, de_b) = (grow(f), grow(b));
 
@@ -341,9 +358,26 @@ impl<'w, P: Root, const ORDER: usize> Integrator<'w, P, ORDER> {
     #[inline]
     pub(super) fn at(&self, entry: P) -> Sums<P::Nodes> {
         if self.whole(entry) && self.wheel.layer.is_none() {
-            self.whole_at(entry)
+            self.in_one(entry)
         } else {
-            self.cut_at(entry)
+            self.cut(entry)
+        }
+    }
+
+    #[inline]
+    fn in_one(&self, entry: P) -> Sums<P::Nodes> {
+        if self.stress.sideways {
+            self.whole_at::<true>(entry)
+        } else {
+            self.whole_at::<false>(entry)
+        }
+    }
+
+    fn cut(&self, entry: P) -> Sums<P::Nodes> {
+        if self.stress.sideways {
+            self.cut_at::<true>(entry)
+        } else {
+            self.cut_at::<false>(entry)
         }
     }
 
@@ -357,16 +391,16 @@ impl<'w, P: Root, const ORDER: usize> Integrator<'w, P, ORDER> {
         let slope = g.slip.abs() + (P::one() - g.slip) * entry * entry * 0.5;
         let steepness = slope * entry * self.wheel.shear_radius / g.shear_modulus;
         if P::from(ORDER as f64).any_lt(steepness) {
-            return self.cut_at(entry);
+            return self.cut(entry);
         }
-        let mut sums = self.whole_at(entry);
+        let mut sums = self.in_one(entry);
         self.add_layer(entry, &mut sums);
         sums
     }
 
     /// Each branch in one piece, and no layer.
     #[inline]
-    pub(super) fn whole_at(&self, entry: P) -> Sums<P::Nodes> {
+    pub(super) fn whole_at<const SIDEWAYS: bool>(&self, entry: P) -> Sums<P::Nodes> {
         let at = self.stress.at(entry.spread());
         let mut sums = Sums::new();
         let rule = rule::<ORDER>();
@@ -381,18 +415,20 @@ impl<'w, P: Root, const ORDER: usize> Integrator<'w, P, ORDER> {
                 power,
                 plain: P::table(&rule.weights[q..]),
             };
-            sums.add(&self.stress, &at, &node);
+            sums.add::<SIDEWAYS>(&self.stress, &at, &node);
         }
         sums
     }
 
-    fn cut_at(&self, entry: P) -> Sums<P::Nodes> {
+    fn cut_at<const SIDEWAYS: bool>(&self, entry: P) -> Sums<P::Nodes> {
         let mut sums = Sums::new();
         if self.whole(entry) {
-            sums = self.whole_at(entry);
+            sums = self.whole_at::<SIDEWAYS>(entry);
         } else {
             let at = self.stress.at(entry.spread());
-            self.each_node(entry, |node, _| sums.add(&self.stress, &at, &node));
+            self.each_node(entry, |node, _| {
+                sums.add::<SIDEWAYS>(&self.stress, &at, &node)
+            });
         }
         self.add_layer(entry, &mut sums);
         sums
@@ -406,7 +442,11 @@ impl<'w, P: Root, const ORDER: usize> Integrator<'w, P, ORDER> {
         }
         let at = self.stress.at(entry.spread());
         self.each_layer_node(entry, |layer, u, plain| {
-            sums.add_layer(&self.stress, &at, layer, u, plain);
+            if self.stress.sideways {
+                sums.add_layer::<true>(&self.stress, &at, layer, u, plain);
+            } else {
+                sums.add_layer::<false>(&self.stress, &at, layer, u, plain);
+            }
         });
     }
 
