@@ -70,7 +70,7 @@ const EVERYWHERE: [Row; 5] = [
     ),
     (
         "closed_coverage",
-        "gap closed: cover of the 90 % interval",
+        "gap closed: cover of its 95 % interval",
         ".84",
         ">= .85",
         ".88-.92",
