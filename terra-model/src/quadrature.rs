@@ -186,14 +186,18 @@ fn lifted<T: Real>(x: T, function: impl Fn(T::Primal) -> (T::Primal, T::Primal))
     T::from_primal(value) + T::from_primal(slope) * (x - T::from_primal(x.primal()))
 }
 
+/// t - sin t and its slope 1 - cos t for |t| <= π/2, without cancellation.
+#[inline]
+pub(crate) fn sine_defects<P: Root>(t: P) -> (P, P) {
+    let y = t * t;
+    let (sum, slope) = nested(y, &T_MINUS_SIN);
+    (t * y * sum / 6.0, y * (sum * 3.0 + y * slope * 2.0) / 6.0)
+}
+
 /// t - sin t for |t| <= π/2, without cancellation.
 #[inline]
 pub(crate) fn t_minus_sin<T: Real>(t: T) -> T {
-    lifted(t, |t| {
-        let y = t * t;
-        let (sum, slope) = nested(y, &T_MINUS_SIN);
-        (t * y * sum / 6.0, y * (sum * 3.0 + y * slope * 2.0) / 6.0)
-    })
+    lifted(t, sine_defects)
 }
 
 /// sin x / x for |x| <= π/2.

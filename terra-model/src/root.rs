@@ -143,11 +143,11 @@ impl<P: Root> Search<P> {
         match found {
             Ok(found) if !self.rises_to.any_lt(found.ln_angle.exp()) => Ok(found),
             Err(e) if !self.rises_to.any_lt(P::from(MAX_ENTRY_ANGLE)) => Err(e),
-            Ok(found) if self.is_sound(&found, quick) => Ok(Found {
+            Ok(found) if self.is_sound(&found, &quick) => Ok(Found {
                 last: false,
                 ..found
             }),
-            _ => self.first_root(guess, &supported_load),
+            _ => self.first_root(guess, &supported_load, &quick),
         }
     }
 
@@ -176,6 +176,7 @@ impl<P: Root> Search<P> {
         &self,
         guess: P,
         supported_load: &impl Fn(P) -> (P, P),
+        quick: &impl Fn(P) -> (P, P),
     ) -> Result<Found<P>, ModelError> {
         let (load, mut high) = (self.load, P::from(MAX_ENTRY_ANGLE.ln()));
         let (most, _) = supported_load(high.exp());
@@ -188,8 +189,10 @@ impl<P: Root> Search<P> {
         }
         let root = self.between(guess, high, supported_load)?;
         let angle = root.ln_angle.exp();
-        let suspect = fold_below(angle, angle * FIRST_LOOK, load * FOOTHOLD, supported_load);
-        if suspect.any_lt(angle) {
+        let (first, foothold) = (angle * FIRST_LOOK, load * FOOTHOLD);
+        if !rises_clearly(angle, first, foothold, quick)
+            && fold_below(angle, first, foothold, supported_load).any_lt(angle)
+        {
             let limit = deepest(supported_load);
             if limit.any_lt(angle) {
                 high = self.reachable(limit, supported_load)?;
@@ -322,6 +325,9 @@ const DEEP: f64 = 0.7;
 /// SIAM J. Numer. Anal. 17(2), 1980); two is on the safe side of it.
 const STEADY: f64 = 2.0;
 
+/// The same two of a load that is known to a part in a hundred.
+const CLEARLY: (f64, f64) = (0.5, 1.5);
+
 /// d ln W / d ln θ1 above any that a soil without shear stress has: 1 + 2 n.
 const USUAL: f64 = 8.0;
 
@@ -417,6 +423,25 @@ fn fold_below<P: Root>(upto: P, first: P, foothold: P, supported_load: &impl Fn(
     high
 }
 
+/// True where a load that is known to a part in a hundred rises so well at all angles looked at that an exact one has no fold.
+fn rises_clearly<P: Root>(upto: P, first: P, foothold: P, load_at: &impl Fn(P) -> (P, P)) -> bool {
+    let (mut last, mut carried, mut grew) = (P::zero(), P::zero(), P::one());
+    let mut clear = true;
+    looks(upto, first, |angle, _| {
+        let (w, slope) = load_at(angle);
+        let growth = foothold.select_lt(w, slope / w, P::one());
+        // Where nothing was carried before there is no mean to compare with.
+        let held = foothold.select_lt(carried, carried, w);
+        let between = (w / held).ln() / (angle / last).ln();
+        let mean = foothold.select_lt(carried, between, growth.max_of(grew));
+        let restless = mean * CLEARLY.1;
+        clear = !growth.any_lt(P::from(CLEARLY.0)) && !restless.any_lt(growth.max_of(grew));
+        (last, carried, grew) = (angle, w, growth);
+        clear
+    });
+    clear
+}
+
 /// Visits angles up to the last, each with the next one, until `visit` says no.
 fn looks<P: Root>(upto: P, first: P, mut visit: impl FnMut(P, P) -> bool) {
     let (step, mut next) = (P::from(LOOK), first);
@@ -430,16 +455,29 @@ fn looks<P: Root>(upto: P, first: P, mut visit: impl FnMut(P, P) -> bool) {
     }
 }
 
-/// Where a function is least between two angles: a golden section search.
+/// Where a function is least between two angles: a golden section search, to a ten-thousandth of what is between them.
 fn least<P: Root>(mut low: P, mut high: P, f: impl Fn(P) -> P) -> P {
-    for _ in 0..40 {
-        let (a, b) = (
-            low + (high - low) * 0.381_966,
-            low + (high - low) * 0.618_034,
-        );
-        let (at_a, at_b) = (f(a), f(b));
+    const SHORTER: f64 = 0.618_033_988_749_895;
+    let place = |low: P, high: P, share: f64| low + (high - low) * share;
+    let (mut a, mut b) = (place(low, high, 1.0 - SHORTER), place(low, high, SHORTER));
+    let (mut at_a, mut at_b) = (f(a), f(b));
+    for _ in 0..20 {
         low = at_b.select_lt(at_a, a, low);
         high = at_b.select_lt(at_a, high, b);
+        // One of the two places serves again.
+        let kept = at_b.select_lt(at_a, b, a);
+        let at_kept = at_b.select_lt(at_a, at_b, at_a);
+        let (left, right) = (place(low, high, 1.0 - SHORTER), place(low, high, SHORTER));
+        let new = at_b.select_lt(at_a, right, left);
+        let at_new = f(new);
+        (a, b) = (
+            at_b.select_lt(at_a, kept, new),
+            at_b.select_lt(at_a, new, kept),
+        );
+        (at_a, at_b) = (
+            at_b.select_lt(at_a, at_kept, at_new),
+            at_b.select_lt(at_a, at_new, at_kept),
+        );
     }
     (low + high) * 0.5
 }
