@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
 use terra_model::{Law, Scalar};
 
 use crate::error::GapError;
@@ -58,6 +59,21 @@ pub(crate) trait Predictor: Sync + Send + Sized {
         index: usize,
         raw: &[T],
     ) -> Result<Vec<T>, GapError>;
+
+    /// Residuals of many observations at what was measured.
+    ///
+    /// # Errors
+    /// As [`residual`](Self::residual).
+    fn residuals(
+        &self,
+        law: &Law,
+        p: &[f64],
+        indices: &[usize],
+    ) -> Result<Vec<Vec<f64>>, GapError> {
+        let each = indices.par_iter();
+        each.map(|&i| self.residual(law, p, i, &self.raw(i)))
+            .collect()
+    }
 
     /// Where the values of an observation stand in `raw`, in their order.
     fn value_positions(&self, index: usize) -> Vec<usize>;

@@ -12,6 +12,7 @@
 //! move load to the right wheels, N (1 + 2 h a_y/(g' t_w)), with a_y = v r + g cos(pitch) sin(roll): the vehicle does not
 //! drift. A wheel x ahead of the centre then has the slip angle atan(x r/|v|).
 
+mod abreast;
 mod read;
 mod window;
 
@@ -63,6 +64,40 @@ pub(crate) struct Window {
     log: usize,
 }
 
+/// What a window is given beside its raw quantities, in the scalar of its readings.
+struct Given<T> {
+    pitch: T,
+    sin_roll: T,
+    cos_roll: T,
+    payload: T,
+    earlier_passes: T,
+    path: T,
+    time: T,
+    forwards: bool,
+}
+
+impl<T: Scalar> From<&Window> for Given<T> {
+    fn from(window: &Window) -> Self {
+        let (sin, cos) = window.roll.sin_cos();
+        Given {
+            pitch: T::from(window.pitch),
+            sin_roll: T::from(sin),
+            cos_roll: T::from(cos),
+            payload: T::from(window.payload),
+            earlier_passes: T::from(window.earlier_passes),
+            path: T::from(window.path),
+            time: T::from(window.time),
+            forwards: window.forwards(),
+        }
+    }
+}
+
+impl Window {
+    fn forwards(&self) -> bool {
+        self.raw[SPEED] >= 0.0
+    }
+}
+
 /// Predicts windows of a drive log.
 #[derive(Clone, Debug)]
 pub(crate) struct DrivePredictor {
@@ -87,17 +122,17 @@ impl DrivePredictor {
         &self,
         law: &Law,
         p: &[T],
-        window: &Window,
+        given: &Given<T>,
         raw: &[T],
-        offset: f64,
+        offset: T,
     ) -> Result<[T; VALUES], GapError> {
         let mut vehicle = lift(&self.vehicle);
-        vehicle.pitch = T::from(window.pitch);
+        vehicle.pitch = given.pitch;
         for (effect, e) in law.parts(p).1 {
             vehicle = T::of_effect(&**effect).vehicle_at(e, vehicle);
         }
         // The operator weighed the payload; an error of the file's mass does not scale it.
-        vehicle.mass += T::from(window.payload);
+        vehicle.mass += given.payload;
         let rate = raw[SPEED_RATE];
         let reported = raw[SPEED] + rate * offset;
         let speed = sensor::truth(law, p, Channel::GroundSpeed, reported, rate);
@@ -108,14 +143,13 @@ impl DrivePredictor {
 
         let (sin, cos) = vehicle.pitch.sin_cos();
         let specific = acceleration + sin * GRAVITY;
-        let (sin_roll, cos_roll) = window.roll.sin_cos();
-        let pressing = cos * (GRAVITY * cos_roll);
+        let pressing = cos * given.cos_roll * GRAVITY;
         let to_rear = vehicle.wheelbase - vehicle.cg_to_front_axle;
         let transfer = vehicle.cg_height * specific;
         let share = vehicle.mass / (vehicle.wheelbase * 2.0);
         let front = share * (to_rear * pressing - transfer);
         let rear = share * (vehicle.cg_to_front_axle * pressing + transfer);
-        let aside = speed * yaw_rate + cos * (GRAVITY * sin_roll);
+        let aside = speed * yaw_rate + cos * given.sin_roll * GRAVITY;
         let lean = vehicle.cg_height * aside * 2.0 / (pressing * vehicle.track);
 
         let mut pull = [T::zero(); 4];
@@ -153,12 +187,12 @@ impl DrivePredictor {
             at.yaw_rate = yaw_rate;
             at.wheelbase = vehicle.wheelbase;
             at.slip_angle = (ahead * yaw_rate / travel.abs()).atan();
-            at.path = T::from(window.path);
-            at.time = T::from(window.time);
+            at.path = given.path;
+            at.time = given.time;
             at.side = T::from(if left { -1.0 } else { 1.0 });
             // In reverse the rear axle leads, and the front axle runs in its rut.
-            let leads = (q < 2) == (window.raw[SPEED] >= 0.0);
-            at.earlier_passes = T::from(window.earlier_passes + if leads { 0.0 } else { 1.0 });
+            let leads = (q < 2) == given.forwards;
+            at.earlier_passes = given.earlier_passes + if leads { 0.0 } else { 1.0 };
             let forces = law.forces_at(p, &at)?;
             pull[q] = forces.drawbar_pull * direction;
             side_moment += ahead * forces.lateral_force;
@@ -172,8 +206,8 @@ impl DrivePredictor {
             yaw_rate,
             wheel_speed: wheel,
             wheel_torque: torque,
-            path: T::from(window.path),
-            time: T::from(window.time),
+            path: given.path,
+            time: given.time,
         };
         let loads = law
             .parts(p)
@@ -201,6 +235,28 @@ impl DrivePredictor {
     }
 }
 
+impl DrivePredictor {
+    /// Their mean over times from the window's middle.
+    fn mean_readings<T: Scalar>(
+        &self,
+        law: &Law,
+        p: &[T],
+        given: &Given<T>,
+        raw: &[T],
+        offsets: impl ExactSizeIterator<Item = T>,
+    ) -> Result<[T; VALUES], GapError> {
+        let mut mean = [T::zero(); VALUES];
+        let share = 1.0 / offsets.len() as f64;
+        for offset in offsets {
+            let there = self.readings(law, p, given, raw, offset)?;
+            for (sum, value) in mean.iter_mut().zip(there) {
+                *sum += value * share;
+            }
+        }
+        Ok(mean)
+    }
+}
+
 impl Predictor for DrivePredictor {
     fn raw(&self, index: usize) -> Vec<f64> {
         self.windows[index].raw.to_vec()
@@ -215,21 +271,22 @@ impl Predictor for DrivePredictor {
     ) -> Result<Vec<T>, GapError> {
         let window = &self.windows[index];
         let p = &*of_log(law, p, self.soils, window.log);
-        let mut predicted = [T::zero(); VALUES];
-        let share = 1.0 / window.nodes.len() as f64;
-        for &offset in &window.nodes {
-            for (sum, at_node) in predicted
-                .iter_mut()
-                .zip(self.readings(law, p, window, raw, offset)?)
-            {
-                *sum += at_node * share;
-            }
-        }
+        let offsets = window.nodes.iter().map(|&offset| T::from(offset));
+        let predicted = self.mean_readings(law, p, &Given::from(window), raw, offsets)?;
         Ok(window
             .measured
             .iter()
             .map(|&k| raw[k] - predicted[k])
             .collect())
+    }
+
+    fn residuals(
+        &self,
+        law: &Law,
+        p: &[f64],
+        indices: &[usize],
+    ) -> Result<Vec<Vec<f64>>, GapError> {
+        abreast::residuals(self, law, p, indices)
     }
 
     fn value_positions(&self, index: usize) -> Vec<usize> {

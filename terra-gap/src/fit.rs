@@ -122,11 +122,8 @@ pub(crate) fn residual<P: Predictor>(
     x: &[f64],
 ) -> Result<DVector<f64>, GapError> {
     let p = hypothesis.parameters(x);
-    let each = (0..data.observations.len())
-        .into_par_iter()
-        .map(|i| data.observations[i].index)
-        .map(|i| predictor.residual(&hypothesis.law, &p, i, &predictor.raw(i)))
-        .collect::<Result<Vec<_>, GapError>>()?;
+    let indices: Vec<usize> = data.observations.iter().map(|o| o.index).collect();
+    let each = predictor.residuals(&hypothesis.law, &p, &indices)?;
     Ok(DVector::from_vec(each.concat()))
 }
 
