@@ -144,6 +144,7 @@ start = "dry_sand"
 wheel_speed_rad_s = 0.02
 wheel_torque_N_m = 0.5
 ground_speed_m_s = 0.03
+yaw_rate_rad_s = 0.01
 "#;
 
     /// 1 m/s ahead, a new run at -1 m/s, and its continuation: x = t, then x = -t from its own start to the end. The first
@@ -184,6 +185,33 @@ ground_speed_m_s = 0.03
                 "{} at {t}",
                 o.factors["path"]
             );
+        }
+    }
+
+    /// .2 m/s and .5 rad/s: the inner wheels of a track of .6 m travel at .05 m/s, where no slip is to be known, although the
+    /// vehicle moves and every wheel turns. At .4 m/s they travel.
+    #[test]
+    fn a_window_whose_inner_wheels_stand_is_left_out() {
+        let turn = |speed: f64| {
+            let mut log = DriveLog::default();
+            let same = |v: f64| -> Series { std::iter::repeat_n(Some(v), 200).collect() };
+            log.time = (0..200).map(|k| 0.01 * f64::from(k)).collect();
+            log.wheel_speed = std::array::from_fn(|_| same(1.2 * speed / 0.25));
+            log.wheel_torque = Some(std::array::from_fn(|_| same(5.0)));
+            log.ground_speed = Some(same(speed));
+            log.yaw_rate = Some(same(0.5));
+            log.segments = vec![Segment {
+                name: "turn".to_owned(),
+                rows: 0..200,
+            }];
+            from_log(&log, &parse_rover(ROVER, "rover.toml").unwrap())
+        };
+        let (data, _) = turn(0.4).unwrap();
+        assert!(data.observations.len() > 5);
+        assert!(!data.dropped.keys().any(|why| why.contains("standstill")));
+        match turn(0.2) {
+            Ok((data, _)) => assert!(data.observations.is_empty(), "{:?}", data.dropped),
+            Err(e) => assert!(e.to_string().contains("standstill"), "{e}"),
         }
     }
 }

@@ -284,11 +284,16 @@ impl Reader {
             return Err("window without all wheel speeds");
         }
         let yaw = log.yaw_rate.as_ref().and_then(|r| over(r, sd_of.yaw));
+        // In a turn an inner wheel may stand while the vehicle moves.
+        let turning = yaw.as_ref().map_or(0.0, |r| r.mean * 0.5 * vehicle.track);
+        let travels = [v.mean - turning, v.mean + turning];
         let slow = |w: &Line| (w.mean * vehicle.wheel_radius).abs() < SPEED_GATE;
-        if v.mean.abs() < SPEED_GATE || wheels.iter().any(slow) {
+        let stands = travels.iter().any(|v| v.abs() < SPEED_GATE);
+        if stands || v.mean.abs() < SPEED_GATE || wheels.iter().any(slow) {
             return Err("standstill: below 0.12 m/s");
         }
-        if wheels.iter().any(|w| w.mean * v.mean < 0.0) {
+        let against = |(q, w): (usize, &Line)| w.mean * travels[q % 2] < 0.0;
+        if wheels.iter().enumerate().any(against) {
             return Err("a wheel turns against the motion");
         }
         let mut raw = [0.0; RAW];
