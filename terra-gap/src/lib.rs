@@ -7,6 +7,7 @@
 
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::panic))]
 
+mod abreast;
 mod calibrate;
 mod calibration;
 mod candidates;

@@ -6,9 +6,11 @@ pub(crate) use read::{from_log, from_logs, median};
 
 use terra_data::{Measured, RigRow, WheelData};
 use terra_model::{
-    BodyLoads, Channel, Contact, Law, Motion, Scalar, StressProfile, Vehicle, library_slip,
+    BodyLoads, Channel, Contact, Lanes, Law, Motion, Scalar, StressProfile, Vector, Vehicle,
+    library_slip,
 };
 
+use crate::abreast::{in_groups, side_by_side};
 use crate::dataset::{ChannelInfo, DataSet, Design, Predictor};
 use crate::error::GapError;
 use crate::logs::of_log;
@@ -44,6 +46,27 @@ impl Output {
             Output::DrawbarPull => row.drawbar_pull,
             Output::Torque => row.torque,
             Output::Sinkage => row.sinkage,
+        }
+    }
+}
+
+/// What a row is measured at, in the scalar of its readings.
+struct At<T> {
+    slip: T,
+    load: T,
+    speed: T,
+    wheel_speed: T,
+    earlier_passes: T,
+}
+
+impl<T: Scalar> At<T> {
+    fn of(row: &Row, slip: T, load: T) -> Self {
+        At {
+            slip,
+            load,
+            speed: T::from(row.speed),
+            wheel_speed: T::from(row.wheel_speed),
+            earlier_passes: T::from(row.earlier_passes),
         }
     }
 }
@@ -90,10 +113,9 @@ impl RigPredictor {
         law: &Law,
         p: &[T],
         row: &Row,
-        slip: T,
-        load: T,
+        given: &At<T>,
     ) -> Result<Vec<T>, GapError> {
-        let zero = T::zero();
+        let (zero, slip) = (T::zero(), given.slip);
         // Rim speed over travel speed is what a speed error changes; one of the two is set to 1.
         let braking = slip.select_lt(zero, T::one(), zero);
         let rim = T::one() + slip * braking;
@@ -101,13 +123,13 @@ impl RigPredictor {
         let travel = sensor::truth(law, p, Channel::GroundSpeed, travel, zero);
         let mut at = Contact::new(
             library_slip(rim, travel),
-            load,
+            given.load,
             T::from(row.wheel.radius),
             T::from(row.wheel.width),
         );
-        at.speed = T::from(row.speed);
-        at.wheel_speed = T::from(row.wheel_speed);
-        at.earlier_passes = T::from(row.earlier_passes);
+        at.speed = given.speed;
+        at.wheel_speed = given.wheel_speed;
+        at.earlier_passes = given.earlier_passes;
         let forces = law.forces_at(p, &at)?;
 
         let mut torque = forces.resistive_torque + at.wheel_speed * row.wheel.damping;
@@ -162,7 +184,8 @@ impl RigPredictor {
         load: f64,
     ) -> Result<Vec<f64>, GapError> {
         let row = &self.rows[index];
-        Self::readings(law, &of_log(law, p, self.soils, row.log), row, slip, load)
+        let p = of_log(law, p, self.soils, row.log);
+        Self::readings(law, &p, row, &At::of(row, slip, load))
     }
 
     /// Stresses along the contact of a row's wheel at another slip and load, under the law's effects; `None` for a law
@@ -184,6 +207,40 @@ impl RigPredictor {
         at.wheel_speed = row.wheel_speed;
         at.earlier_passes = row.earlier_passes;
         Ok(law.stresses(p, &at, points)?)
+    }
+}
+
+/// What rows have in common that are predicted at once.
+type Kind<'a> = (usize, &'a [Output], WheelData, [bool; 2]);
+
+impl Row {
+    fn kind(&self) -> Kind<'_> {
+        let way = [self.slip < 0.0, self.wheel_speed != 0.0];
+        (self.log, &self.outputs, self.wheel, way)
+    }
+}
+
+impl RigPredictor {
+    /// Up to eight rows of one kind at once.
+    fn together(&self, law: &Law, p: &[Lanes], rows: &[usize]) -> Result<Vec<Vec<f64>>, GapError> {
+        let rows: Vec<&Row> = rows.iter().map(|&i| &self.rows[i]).collect();
+        let Some(first) = rows.first() else {
+            return Ok(vec![]);
+        };
+        let given = At {
+            slip: side_by_side(&rows, |r| r.slip),
+            load: side_by_side(&rows, |r| r.load),
+            speed: side_by_side(&rows, |r| r.speed),
+            wheel_speed: side_by_side(&rows, |r| r.wheel_speed),
+            earlier_passes: side_by_side(&rows, |r| r.earlier_passes),
+        };
+        let p = of_log(law, p, self.soils, first.log);
+        let predicted = Self::readings(law, &p, first, &given)?;
+        let residual = |(lane, row): (usize, &&Row)| {
+            let each = row.values.iter().zip(&predicted);
+            each.map(|(y, f)| y - f.lane(lane)).collect()
+        };
+        Ok(rows.iter().enumerate().map(residual).collect())
     }
 }
 
@@ -224,8 +281,23 @@ impl Predictor for RigPredictor {
         let row = &self.rows[index];
         let n = row.values.len();
         let p = of_log(law, p, self.soils, row.log);
-        let predicted = Self::readings(law, &p, row, raw[n], raw[n + 1])?;
+        let predicted = Self::readings(law, &p, row, &At::of(row, raw[n], raw[n + 1]))?;
         Ok(raw.iter().zip(predicted).map(|(y, f)| *y - f).collect())
+    }
+
+    fn residuals(
+        &self,
+        law: &Law,
+        p: &[f64],
+        indices: &[usize],
+    ) -> Result<Vec<Vec<f64>>, GapError> {
+        let in_lanes: Vec<Lanes> = p.iter().map(|&v| Lanes::from(v)).collect();
+        in_groups(
+            indices,
+            |i| self.rows[i].kind(),
+            |rows| self.together(law, &in_lanes, rows),
+            |i| self.residual(law, p, i, &self.raw(i)),
+        )
     }
 
     fn value_positions(&self, index: usize) -> Vec<usize> {

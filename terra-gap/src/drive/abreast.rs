@@ -1,18 +1,12 @@
-//! Windows side by side: eight are predicted in the lanes of one evaluation, at a third of what eight alone cost.
-//!
-//! Those go together whose wheels turn and slip the same way, so that no lane waits for another's braked wheel. Where one of
-//! them has no answer each is asked alone, and says so itself.
+//! Windows side by side: those whose wheels turn and slip the same way, so that no lane waits for another's braked wheel.
 
-use rayon::prelude::*;
 use terra_model::{Lanes, Law, Vector};
 
 use super::{DrivePredictor, Given, RAW, SPEED, VALUES, WHEEL, Window, YAW_RATE};
+use crate::abreast::{in_groups, side_by_side};
 use crate::dataset::Predictor;
 use crate::error::GapError;
 use crate::logs::of_log;
-
-/// Windows from which a group is cheaper than one window after the other.
-const WORTH: usize = 3;
 
 /// What windows of one group have in common.
 #[derive(Clone, Copy, PartialEq)]
@@ -50,35 +44,13 @@ pub(super) fn residuals(
     p: &[f64],
     indices: &[usize],
 ) -> Result<Vec<Vec<f64>>, GapError> {
-    let mut groups: Vec<(Kind, Vec<usize>)> = vec![];
-    for (place, &index) in indices.iter().enumerate() {
-        let kind = Kind::of(predictor, &predictor.windows[index]);
-        match groups.iter_mut().rev().find(|(k, _)| *k == kind) {
-            Some((_, places)) if places.len() < Lanes::WIDTH => places.push(place),
-            _ => groups.push((kind, vec![place])),
-        }
-    }
     let in_lanes: Vec<Lanes> = p.iter().map(|&v| Lanes::from(v)).collect();
-    let found: Vec<Vec<Vec<f64>>> = groups
-        .par_iter()
-        .map(|(_, places)| {
-            let windows: Vec<usize> = places.iter().map(|&place| indices[place]).collect();
-            if windows.len() >= WORTH
-                && let Ok(found) = together(predictor, law, &in_lanes, &windows)
-            {
-                return Ok(found);
-            }
-            let alone = |&i: &usize| predictor.residual(law, p, i, &predictor.raw(i));
-            windows.iter().map(alone).collect()
-        })
-        .collect::<Result<_, GapError>>()?;
-    let mut out = vec![vec![]; indices.len()];
-    for ((_, places), found) in groups.iter().zip(found) {
-        for (&place, residual) in places.iter().zip(found) {
-            out[place] = residual;
-        }
-    }
-    Ok(out)
+    in_groups(
+        indices,
+        |i| Kind::of(predictor, &predictor.windows[i]),
+        |windows| together(predictor, law, &in_lanes, windows),
+        |i| predictor.residual(law, p, i, &predictor.raw(i)),
+    )
 }
 
 /// Up to eight windows of one kind at once.
@@ -90,9 +62,7 @@ fn together(
 ) -> Result<Vec<Vec<f64>>, GapError> {
     let windows: Vec<&Window> = windows.iter().map(|&i| &predictor.windows[i]).collect();
     let first = windows[0];
-    // The last window fills the lanes that are left over.
-    let filled = || (0..Lanes::WIDTH).map(|lane| windows[lane.min(windows.len() - 1)]);
-    let gather = |of: &dyn Fn(&Window) -> f64| Lanes::gather(filled().map(of));
+    let gather = |of: &dyn Fn(&Window) -> f64| side_by_side(&windows, |w| of(w));
     let given = Given {
         pitch: gather(&|w| w.pitch),
         sin_roll: gather(&|w| w.roll.sin()),
