@@ -35,6 +35,31 @@ pub(super) struct Column<T> {
     pub(super) width: T,
 }
 
+/// An angle of the contact, all from half of it: 1 - cos θ without cancellation.
+struct Place<T> {
+    angle: T,
+    sin: T,
+    versine: T,
+}
+
+impl<T: Real> Place<T> {
+    fn at(angle: T) -> Self {
+        let (sin, cos) = (angle * 0.5).sin_cos();
+        Place {
+            angle,
+            sin: sin * cos * 2.0,
+            versine: sin.squared() * 2.0,
+        }
+    }
+}
+
+/// Where the way turns, and the way at the entry and there.
+struct Ways<T> {
+    turn: T,
+    at_entry: T,
+    at_turn: T,
+}
+
 impl<T: Real> Column<T> {
     pub(super) fn map<S: Real>(&self, f: impl Fn(T) -> S + Copy) -> Column<S> {
         Column {
@@ -48,18 +73,15 @@ impl<T: Real> Column<T> {
     }
 
     /// ∫ r cos θ from 0: (g - 1) θ + x(θ) - g (x(θ) + sin θ (1 - cos θ))/2 with x(θ) = θ - sin θ.
-    fn way(&self, angle: T) -> T {
+    fn way(&self, at: &Place<T>) -> T {
         let g = self.excess + 1.0;
-        let (sin, _) = angle.sin_cos();
-        let (sin_half, _) = (angle * 0.5).sin_cos();
-        let x = t_minus_sin(angle);
-        self.excess * angle + x - g * (x + sin * sin_half.squared() * 2.0) * 0.5
+        let x = t_minus_sin(at.angle);
+        self.excess * at.angle + x - g * (x + at.sin * at.versine) * 0.5
     }
 
     /// r = g cos θ - 1.
-    fn slip_at(&self, angle: T) -> T {
-        let (sin_half, _) = (angle * 0.5).sin_cos();
-        self.excess - (self.excess + 1.0) * sin_half.squared() * 2.0
+    fn slip_at(&self, at: &Place<T>) -> T {
+        self.excess - (self.excess + 1.0) * at.versine
     }
 
     /// Where r = 0: tan²(θ/2) = (g - 1)/(g + 1); 0 where the rim is nowhere faster than the ground.
@@ -68,15 +90,25 @@ impl<T: Real> Column<T> {
         (excess / (excess + 2.0)).sqrt().atan() * 2.0
     }
 
-    /// E with its sign.
-    fn mobilised(&self, entry: T, angle: T, turn: T::Primal) -> T {
+    /// What E needs of the whole contact.
+    fn ways(&self, entry: T) -> Ways<T> {
         // No derivative in the turn: the way has none there.
-        let free = T::from_primal(turn);
+        let free = T::from_primal(self.turn());
         let turn = free.select_lt(entry, free, entry);
-        let (at_entry, here, at_turn) = (self.way(entry), self.way(angle), self.way(turn));
-        let j = angle.select_lt(turn, at_turn * 2.0 - here - at_entry, here - at_entry);
+        Ways {
+            turn,
+            at_entry: self.way(&Place::at(entry)),
+            at_turn: self.way(&Place::at(turn)),
+        }
+    }
+
+    /// E with its sign.
+    fn mobilised(&self, ways: &Ways<T>, at: &Place<T>) -> T {
+        let (here, entry) = (self.way(at), ways.at_entry);
+        let back = ways.at_turn * 2.0 - here - entry;
+        let j = at.angle.select_lt(ways.turn, back, here - entry);
         let y = self.shear_radius / self.soil.strength.modulus * j.max_of(T::zero());
-        let r = self.slip_at(angle);
+        let r = self.slip_at(at);
         self.soil.strength.mobilised(y) * r / (r.squared() + TURN * TURN).sqrt()
     }
 
@@ -98,15 +130,15 @@ impl<T: Real> Column<T> {
         let (sin_entry, _) = entry.sin_cos();
         let soil = self.soil.under(self.radius * sin_entry);
         let pieces = self.map(T::primal).pieces(entry.primal());
-        let turn = self.turn();
+        let ways = self.ways(entry);
         let zero = T::zero();
         let (mut load, mut thrust, mut torque) = (zero, zero, zero);
         let base = |u: T| self.radius * depth_base(entry, T::one(), u * 0.5);
         soil.each_node(&pieces, entry, base, |u, normal, plain| {
-            let angle = entry * (T::one() - u);
-            let (sin, cos) = angle.sin_cos();
+            let at = Place::at(entry * (T::one() - u));
+            let (sin, cos) = (at.sin, T::one() - at.versine);
             let strength = normal * soil.strength.tan_friction + plain * soil.strength.cohesion;
-            let tau = strength * self.mobilised(entry, angle, turn);
+            let tau = strength * self.mobilised(&ways, &at);
             load += normal * cos;
             thrust += tau * cos;
             torque += (tau * cos + normal * sin) * cos;
@@ -129,7 +161,7 @@ impl<P: Root> Column<P> {
         let one = P::one();
         let per_modulus = self.shear_radius / self.soil.strength.modulus;
         let steep = self
-            .slip_at(entry)
+            .slip_at(&Place::at(entry))
             .abs()
             .max_of(self.excess.abs())
             .max_of(P::from(TURN))
@@ -171,12 +203,13 @@ impl Column<f64> {
     /// Normal and shear stress on the rim that have the same resultant as the vertical and horizontal ones on the ground.
     pub(super) fn stress_at(&self, entry: f64, angle: f64) -> StressPoint {
         let soil = self.soil.under(self.radius * entry.sin());
-        let (sin, cos) = angle.sin_cos();
+        let place = Place::at(angle);
+        let (sin, cos) = (place.sin, 1.0 - place.versine);
         let half = 0.5 * (1.0 - angle / entry).clamp(0.0, 1.0);
         let depth = self.radius * 2.0 * half * depth_base(entry, 1.0, half);
         let p = soil.normal_stress(depth);
         let strength = soil.strength.cohesion + p * soil.strength.tan_friction;
-        let tau = strength * self.mobilised(entry, angle, self.turn());
+        let tau = strength * self.mobilised(&self.ways(entry), &place);
         StressPoint {
             angle,
             normal_stress: (p * cos - tau * sin) * cos,
