@@ -1,7 +1,7 @@
 //! The entry angle that carries a load: one root for every wheel model, in `f64` or in lanes.
 
 use crate::error::ModelError;
-use crate::real::{Real, Root};
+use crate::real::{Real, Root, is_plain};
 
 /// Smallest entry angle considered \[rad\].
 pub(crate) const MIN_ENTRY_ANGLE: f64 = 1e-9;
@@ -77,10 +77,7 @@ pub(crate) fn balanced<T: Real>(
     load_at: impl Fn(T) -> T,
 ) -> Result<T, ModelError> {
     let found = entry_angle(load.primal(), guess, slip, rises_to, &tangent)?;
-    let root = found.ln_angle.exp();
-    let (_, slope) = T::Primal::parts(tangent(root.seed()));
-    let root = T::from_primal(root);
-    Ok(root - (load_at(root) - load) / T::from_primal(slope))
+    Ok(found.with_derivatives(load, load_at))
 }
 
 /// The angle up to which the load of a wheel is known to rise with its sinkage: `driven` for a driven one, none for a
@@ -113,6 +110,23 @@ pub(crate) struct Found<P> {
 }
 
 impl<P: Root> Found<P> {
+    /// θ1 in any scalar, by the step that is left: in the primal alone from what is known there.
+    pub(crate) fn with_derivatives<T: Real<Primal = P>>(
+        &self,
+        load: T,
+        load_at: impl Fn(T) -> T,
+    ) -> T {
+        let root = self.ln_angle.exp();
+        let slope = T::from_primal(self.slope / root);
+        let root = T::from_primal(root);
+        let carried = if is_plain::<T>() {
+            T::from_primal(self.load)
+        } else {
+            load_at(root)
+        };
+        root - (carried - load) / slope
+    }
+
     /// True where the load grows by a power that is usual: far from a fold, and from a load that soil and shear stress nearly
     /// take from each other.
     pub(crate) fn is_usual(&self) -> bool {

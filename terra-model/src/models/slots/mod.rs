@@ -296,10 +296,7 @@ impl Composed {
         };
         let rises_to = rises_to(slip, wheel.rises_to());
         let found = entry_angle(load, guess, slip, rises_to, |angle| tangent.load(angle))?;
-        let root = found.ln_angle.exp();
-        let (_, slope) = T::Primal::parts(tangent.load(root.seed()));
-        let root = T::from_primal(root);
-        Ok(root - (wheel.load(root) - at.normal_load) / T::from_primal(slope))
+        Ok(found.with_derivatives(at.normal_load, |root| wheel.load(root)))
     }
 }
 
