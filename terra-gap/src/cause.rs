@@ -206,11 +206,26 @@ impl Answers {
             held += p;
             set.push(name);
         }
-        Ranking {
+        let mut ranking = Ranking {
             causes,
             probability_none,
             probability_unknown,
             set,
+        };
+        // A formula left free takes the place of what no library knows as easily as it is the cause's own.
+        let free = |c: &Cause| c.form == FREE && ranking.set.first() == Some(&c.name);
+        if ranking.causes.first().is_some_and(free) {
+            ranking.doubt();
+        }
+        ranking
+    }
+}
+
+impl Ranking {
+    /// Puts `unknown` beside what the set holds.
+    pub(crate) fn doubt(&mut self) {
+        if !self.set.iter().any(|name| name == "unknown") {
+            self.set.push("unknown".to_owned());
         }
     }
 }

@@ -20,6 +20,16 @@ pub(crate) struct Decision {
     pub(crate) accepted_names: Vec<String>,
 }
 
+impl Decision {
+    /// A name is no longer the only answer.
+    pub(crate) fn doubt(&mut self, reason: String) {
+        if self.verdict == "named" {
+            self.verdict = "ambiguous";
+            self.reason = Some(reason);
+        }
+    }
+}
+
 /// From probabilities to words. A failed gate turns a name into `unknown`, never the reverse.
 pub(crate) fn decide(
     ranking: &Ranking,
