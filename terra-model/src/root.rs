@@ -449,7 +449,10 @@ fn rises_clearly<P: Root>(upto: P, first: P, foothold: P, load_at: &impl Fn(P) -
         let between = (w / held).ln() / (angle / last).ln();
         let mean = foothold.select_lt(carried, between, growth.max_of(grew));
         let restless = mean * CLEARLY.1;
-        clear = !growth.any_lt(P::from(CLEARLY.0)) && !restless.any_lt(growth.max_of(grew));
+        // Below zero there is no logarithm to tell that the load fell.
+        let fell = foothold.select_lt(carried, w, carried).any_lt(carried);
+        let slow = growth.any_lt(P::from(CLEARLY.0)) || restless.any_lt(growth.max_of(grew));
+        clear = !(fell || slow);
         (last, carried, grew) = (angle, w, growth);
         clear
     });

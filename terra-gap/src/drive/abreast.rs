@@ -84,3 +84,95 @@ fn together(
     };
     Ok(windows.iter().enumerate().map(residual).collect())
 }
+
+#[cfg(test)]
+mod tests {
+    use terra_data::{DriveLog, Segment, Series, parse_rover};
+    use terra_model::Registry;
+
+    use super::*;
+    use crate::drive::all_windows;
+
+    const ROVER: &str = r#"
+[vehicle]
+mass_kg = 100.0
+yaw_inertia_kg_m2 = 10.0
+track_m = 0.6
+wheelbase_m = 0.6
+cg_to_front_axle_m = 0.3
+cg_height_m = 0.2
+yaw_damping_N_m_s = 8.0
+
+[wheel]
+radius_m = 0.25
+width_m = 0.15
+inertia_kg_m2 = 0.25
+damping_N_m_s = 0.1
+
+[terrain]
+model = "wong-reece"
+start = "dry_sand"
+
+[noise]
+wheel_speed_rad_s = 0.02
+wheel_torque_N_m = 0.5
+ground_speed_m_s = 0.03
+yaw_rate_rad_s = 0.01
+"#;
+
+    /// Sixteen seconds of a turn in which the front wheels go from braking to driving and the rear ones the other way, on
+    /// several models and with effects at wheel, body and sensor: eight at once give what each gives alone.
+    #[test]
+    fn windows_abreast_are_windows_alone() {
+        let series = |f: &dyn Fn(f64) -> f64| -> Series {
+            (0..1600).map(|k| Some(f(0.01 * f64::from(k)))).collect()
+        };
+        let log = DriveLog {
+            time: (0..1600).map(|k| 0.01 * f64::from(k)).collect(),
+            ground_speed: Some(series(&|t| 0.8 + 0.01 * t)),
+            yaw_rate: Some(series(&|t| 0.2 - 0.02 * t)),
+            wheel_torque: Some(std::array::from_fn(|_| series(&|t| 5.0 + t))),
+            wheel_speed: std::array::from_fn(|q| {
+                let slope = if q < 2 { 0.15 } else { -0.1 };
+                series(&|t| 3.2 + slope * (t - 6.0))
+            }),
+            segments: vec![Segment {
+                name: "turn".to_owned(),
+                rows: 0..1600,
+            }],
+            ..DriveLog::default()
+        };
+        let rover = parse_rover(ROVER, "rover.toml").unwrap();
+        let (data, predictor) = all_windows(&log, &rover).unwrap();
+        let indices: Vec<usize> = data.observations.iter().map(|o| o.index).collect();
+        assert!(indices.len() > 40, "{:?}", data.dropped);
+        let registry = Registry::builtin();
+        let soil = [0.99e3, 1.528e6, 1.1, 1040.0, 0.49, 0.025, 0.18, 0.32];
+        let sideways = [
+            "skid-steer-lateral-slip",
+            "multipass",
+            "aero-drag",
+            "torque-droop",
+        ];
+        for (model, effects, magnitudes) in [
+            ("wong-reece", &sideways[..0], vec![]),
+            ("wong-reece", &sideways[..], vec![0.5, 0.8, 3.0, 0.1]),
+            ("linear-stress", &sideways[1..], vec![0.8, 3.0, 0.1]),
+        ] {
+            let law = registry.law(model).unwrap();
+            let effects = effects.iter().map(|n| registry.effect(n).unwrap());
+            let law = law.with_effects(effects).unwrap();
+            let p = [&soil[..], &magnitudes].concat();
+            let abreast = predictor.residuals(&law, &p, &indices).unwrap();
+            for (&i, found) in indices.iter().zip(&abreast) {
+                let alone = predictor.residual(&law, &p, i, &predictor.raw(i)).unwrap();
+                for (a, b) in found.iter().zip(&alone) {
+                    assert!(
+                        (a - b).abs() < 1e-7 * (1.0 + b.abs()),
+                        "{model} {i}: {a} {b}"
+                    );
+                }
+            }
+        }
+    }
+}
