@@ -84,7 +84,7 @@ const STRAIGHT: f64 = 0.9999;
 
 /// Fixed target CPUs, the default first: `native` would differ from machine to machine, and valgrind knows no AVX-512.
 /// The default is what a plain release build gives.
-const CPUS: [&str; 2] = ["x86-64", "x86-64-v3"];
+const CPUS: [&str; 2] = ["x86-64-v3", "x86-64"];
 
 pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
     let cpu = match arguments {
@@ -262,7 +262,7 @@ fn callgrind(binary: &Path, kernel: &str, repetitions: usize) -> Result<(f64, f6
         .arg(binary)
         .args([kernel, &repetitions.to_string()]);
     let printed = output(&mut valgrind).map_err(|e| match e.contains("nrecognised instruction") {
-        true => format!("{e}\nthis valgrind does not know an instruction of the target CPU: take a newer one, or --cpu {}", CPUS[0]),
+        true => format!("{e}\nthis valgrind does not know an instruction of the target CPU: take a newer one, or --cpu {}", CPUS[1]),
         false => e,
     })?;
     let report = fs::read_to_string(&out).map_err(|e| format!("{}: {e}", out.display()))?;
