@@ -3,6 +3,7 @@
 use crate::contact::Contact;
 use crate::error::ModelError;
 use crate::forces::{Flags, WheelForces};
+use crate::lanes::{Lanes, Vector};
 
 /// How a batch is computed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -10,7 +11,7 @@ pub enum Precision {
     /// Double precision: the model's default tier.
     #[default]
     Double,
-    /// Single precision where the model has it: two fifths of the cost, 1e-5.
+    /// Single precision where the model has it (`wong-reece` without effects): two fifths of the cost, 1e-5.
     Single,
 }
 
@@ -101,19 +102,81 @@ impl<'a> Batch<'a> {
         into.extend(self.parameters.iter().map(|p| value(p, item)));
     }
 
-    /// Each item alone.
-    pub(crate) fn one_by_one(
+    /// Items that brake, and items that do not, eight at a time in lanes; alone what is illegal, what has a neighbour without
+    /// an answer, and what has to be told of itself (a wheel sunk deep). `slip_stays` where no effect may make a wheel brake.
+    pub(crate) fn side_by_side(
         &self,
         out: &mut BatchForces,
-        forces: impl Fn(&[f64], &Contact<f64>) -> Result<WheelForces<f64>, ModelError>,
+        slip_stays: bool,
+        legal: impl Fn(&[f64], &Contact<f64>) -> Result<(), ModelError>,
+        alone: impl Fn(&[f64], &Contact<f64>) -> Result<WheelForces<f64>, ModelError>,
+        together: impl Fn(&[Lanes], &Contact<Lanes>) -> Result<WheelForces<Lanes>, ModelError>,
     ) {
         out.resize(self.len());
         let mut p = Vec::with_capacity(self.parameters.len());
+        let mut kinds = [vec![], vec![]];
         for item in 0..self.len() {
             self.item_parameters(item, &mut p);
-            out.set(item, forces(&p, &self.contact(item)));
+            let at = self.contact(item);
+            match legal(&p, &at) {
+                Ok(()) => kinds[usize::from(at.slip < 0.0)].push(item),
+                Err(e) => out.set(item, Err(e)),
+            }
+        }
+        for items in kinds.iter().flat_map(|items| items.chunks(Lanes::WIDTH)) {
+            let found = if items.len() < WORTH {
+                None
+            } else {
+                let p: Vec<Lanes> = self.parameters.iter().map(|p| gathered(p, items)).collect();
+                let (slip, load) = (
+                    gathered(self.slip, items),
+                    gathered(self.normal_load, items),
+                );
+                let (radius, width) = (Lanes::from(self.radius), Lanes::from(self.width));
+                together(&p, &Contact::new(slip, load, radius, width)).ok()
+            };
+            let usual = |f: &WheelForces<Lanes>| {
+                let braking = f.flags.braking && slip_stays;
+                f.flags
+                    == Flags {
+                        braking,
+                        ..Flags::default()
+                    }
+            };
+            match found.filter(usual) {
+                Some(forces) => {
+                    for (lane, &item) in items.iter().enumerate() {
+                        let of = |v: Lanes| v.lane(lane);
+                        let nan = f64::NAN;
+                        let values = [
+                            forces.angles.map_or(nan, |a| of(a.entry)),
+                            of(forces.drawbar_pull),
+                            of(forces.resistive_torque),
+                            forces.sinkage.map_or(nan, of),
+                        ];
+                        out.set_values(item, values);
+                        out.set_status(item, Ok(forces.flags));
+                    }
+                }
+                None => {
+                    for &item in items {
+                        self.item_parameters(item, &mut p);
+                        out.set(item, alone(&p, &self.contact(item)));
+                    }
+                }
+            }
         }
     }
+}
+
+/// Items from which lanes are cheaper than one after the other.
+const WORTH: usize = 3;
+
+/// Values of items side by side; the last fills the lanes that are left over.
+fn gathered(values: &[f64], items: &[usize]) -> Lanes {
+    let last = items.len().saturating_sub(1);
+    let lanes = (0..Lanes::WIDTH).filter_map(|lane| items.get(lane.min(last)));
+    Lanes::gather(lanes.map(|&item| value(values, item)))
 }
 
 /// Value of an item in a slice that may be shared.
@@ -149,6 +212,10 @@ impl BatchForces {
             Err(e) => ([nan; 4], Err(e)),
         };
         self.set_values(item, values);
+        self.set_status(item, status);
+    }
+
+    fn set_status(&mut self, item: usize, status: Result<Flags, ModelError>) {
         if let Some(slot) = self.status.get_mut(item) {
             *slot = status;
         }

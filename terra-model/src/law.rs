@@ -259,7 +259,7 @@ impl Law {
         Ok(forces)
     }
 
-    /// Forces of many contacts, each with its own status: side by side where the model can and no effect acts.
+    /// Forces of many contacts, each with its own status, side by side in lanes.
     ///
     /// # Errors
     /// [`ModelError::ParameterCount`], [`ModelError::BatchLength`]: columns that do not fit. Never for an item.
@@ -273,7 +273,13 @@ impl Law {
             return self.model.batch(batch, precision, out);
         }
         batch.check(self.model.name(), self.params.len())?;
-        batch.one_by_one(out, |p, at| self.forces(p, at));
+        batch.side_by_side(
+            out,
+            false,
+            |p, at| guard(self.model.name(), &self.params, p, at),
+            |p, at| self.forces(p, at),
+            |p, at| self.forces_at(p, at),
+        );
         Ok(())
     }
 

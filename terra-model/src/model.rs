@@ -76,7 +76,7 @@ pub trait TerrainModel: Default + Send + Sync + 'static {
         Ok(None)
     }
 
-    /// Forces of many contacts, each with its own status. Item by item unless the model knows better.
+    /// Forces of many contacts, each with its own status: eight at a time in lanes unless the model knows better.
     ///
     /// # Errors
     /// [`ModelError::ParameterCount`], [`ModelError::BatchLength`]: columns that do not fit. Never for an item.
@@ -88,10 +88,13 @@ pub trait TerrainModel: Default + Send + Sync + 'static {
     ) -> Result<(), ModelError> {
         let _ = precision;
         batch.check(Self::NAME, Self::PARAMS.len())?;
-        batch.one_by_one(out, |p, at| {
-            guard(Self::NAME, Self::PARAMS, p, at)?;
-            self.wheel_forces(p, at)
-        });
+        batch.side_by_side(
+            out,
+            true,
+            |p, at| guard(Self::NAME, Self::PARAMS, p, at),
+            |p, at| self.wheel_forces(p, at),
+            |p, at| self.wheel_forces(p, at),
+        );
         Ok(())
     }
 

@@ -537,3 +537,86 @@ fn the_jacobian_by_formula_is_that_of_dual_numbers() {
     }
     println!("formula against duals: {worst:.1e}");
 }
+
+/// Every model, with and without effects: a batch gives what single calls give, each item its own answer, whatever stands
+/// beside it (a wheel that brakes, one that sinks deep, one without a load, one too heavy).
+#[test]
+fn a_batch_of_any_law_is_its_single_calls() {
+    let registry = Registry::builtin();
+    let soil = [
+        ("k_c", 990.0),
+        ("k_phi", 1.528e6),
+        ("sinkage_exponent", 1.1),
+        ("cohesion", 1040.0),
+        ("friction_angle", 0.49),
+        ("shear_modulus", 0.025),
+        ("c1", 0.18),
+        ("c2", 0.32),
+    ];
+    let slips: Vec<f64> = (0..61).map(|k| f64::from(k) * 0.02 - 0.3).collect();
+    let mut loads: Vec<f64> = (0..61).map(|k| 150.0 + 5.0 * f64::from(k)).collect();
+    (loads[7], loads[30], loads[44]) = (-1.0, 40_000.0, 3e6);
+    for (name, effects) in [
+        ("linear-stress", &[][..]),
+        ("scm-column", &[]),
+        ("bekker-compaction", &[]),
+        ("wong-reece:slip-exponent", &[]),
+        ("wong-reece", &["slip-sinkage", "bulldozing"]),
+        ("wong-reece", &["wheel-radius-error"]),
+    ] {
+        let law = registry.law(name).unwrap();
+        let plain = law.params().len();
+        let effects = effects.iter().map(|e| registry.effect(e).unwrap());
+        let law = law.with_effects(effects).unwrap();
+        let p: Vec<f64> = law
+            .params()
+            .iter()
+            .enumerate()
+            .map(|(k, p)| {
+                let known = soil.iter().find(|(n, _)| *n == p.name);
+                known.map_or(if k < plain { 0.2 } else { 0.05 }, |(_, v)| *v)
+            })
+            .collect();
+        let columns: Vec<&[f64]> = p.iter().map(std::slice::from_ref).collect();
+        let batch = Batch {
+            parameters: &columns,
+            slip: &slips,
+            normal_load: &loads,
+            radius: 0.25,
+            width: 0.15,
+        };
+        let mut out = BatchForces::default();
+        law.solve_batch(&batch, Precision::Double, &mut out)
+            .unwrap();
+        let mut answers = 0;
+        for (k, status) in out.status.iter().enumerate() {
+            let at = Contact::new(slips[k], loads[k], 0.25, 0.15);
+            match (law.forces(&p, &at), status) {
+                (Ok(f), Ok(flags)) => {
+                    assert_eq!(f.flags, *flags, "{name} {k}");
+                    for (a, b) in [
+                        (f.drawbar_pull, out.drawbar_pull[k]),
+                        (f.resistive_torque, out.resistive_torque[k]),
+                        (
+                            f.sinkage.unwrap_or(0.0),
+                            if f.sinkage.is_some() {
+                                out.sinkage[k]
+                            } else {
+                                0.0
+                            },
+                        ),
+                    ] {
+                        assert!(
+                            (a - b).abs() < 1e-7 * (loads[k].abs() + a.abs()),
+                            "{name} {k}: {a} {b}"
+                        );
+                    }
+                    answers += 1;
+                }
+                (Err(a), Err(b)) => assert_eq!(a.to_string(), b.to_string(), "{name} {k}"),
+                (a, b) => panic!("{name} {k}: {a:?} {b:?}"),
+            }
+        }
+        assert!(answers > 50, "{name}: {answers}");
+    }
+}

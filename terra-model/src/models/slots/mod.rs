@@ -398,10 +398,13 @@ impl AnyModel for Composed {
         out: &mut BatchForces,
     ) -> Result<(), ModelError> {
         batch.check(self.name(), self.params().len())?;
-        batch.one_by_one(out, |p, at| {
-            guard(self.name(), self.params(), p, at)?;
-            self.wheel_forces_at(p, at)
-        });
+        batch.side_by_side(
+            out,
+            true,
+            |p, at| guard(self.name(), self.params(), p, at),
+            |p, at| self.wheel_forces_at(p, at),
+            |p, at| self.wheel_forces_at(p, at),
+        );
         Ok(())
     }
     fn typical_parameters(&self) -> Vec<Vec<f64>> {
