@@ -39,7 +39,10 @@ pub fn run() -> ExitCode {
 pub fn run_with(args: impl IntoIterator<Item = OsString>) -> u8 {
     // Results are written whole or not at all, so that an interrupt may end the process at any moment.
     // A second handler cannot be installed in this process; without one, the signal's default ends it just as well.
-    let _ = ctrlc::set_handler(|| std::process::exit(130));
+    let _ = ctrlc::set_handler(|| {
+        terra_data::abandon_writes();
+        std::process::exit(130)
+    });
     let args = match args::Args::try_parse_from(args) {
         Ok(args) => args,
         Err(e) => {

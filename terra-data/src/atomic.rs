@@ -3,6 +3,7 @@
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use crate::error::DataError;
 use crate::problem::Problem;
@@ -35,6 +36,33 @@ pub fn atomic_write_new(
     replace(path, write, false)
 }
 
+/// Temporary files that are being written. Whoever holds it knows that none appears, and none becomes the file it is for.
+static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(vec![]);
+
+fn unfinished() -> MutexGuard<'static, Vec<PathBuf>> {
+    UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Removes the temporary files of writes that have not ended, and lets no write begin or end any more: for what ends the
+/// process at once, as an interrupt does.
+pub fn abandon_writes() {
+    let unfinished = unfinished();
+    for path in unfinished.iter() {
+        // What cannot be removed stays; there is nobody left to be told.
+        let _ = fs::remove_file(path);
+    }
+    std::mem::forget(unfinished);
+}
+
+/// A temporary file's entry in the list.
+struct Listed(PathBuf);
+
+impl Drop for Listed {
+    fn drop(&mut self) {
+        unfinished().retain(|path| *path != self.0);
+    }
+}
+
 fn replace(
     path: &Path,
     write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
@@ -60,17 +88,27 @@ fn replace(
         Some(folder) if !folder.as_os_str().is_empty() => folder.to_owned(),
         _ => PathBuf::from("."),
     };
-    let mut temporary = temporary_in(&folder).map_err(fail)?;
+    let (mut temporary, listed) = {
+        let mut unfinished = unfinished();
+        let temporary = temporary_in(&folder).map_err(fail)?;
+        unfinished.push(temporary.path().to_owned());
+        let listed = Listed(temporary.path().to_owned());
+        (temporary, listed)
+    };
     {
         let mut out = BufWriter::new(temporary.as_file_mut());
         write(&mut out).and_then(|()| out.flush()).map_err(fail)?;
     }
     temporary.as_file().sync_all().map_err(fail)?;
-    let kept = if overwrite {
-        temporary.persist(&target)
-    } else {
-        temporary.persist_noclobber(&target)
+    let kept = {
+        let _no_interrupt = unfinished();
+        if overwrite {
+            temporary.persist(&target)
+        } else {
+            temporary.persist_noclobber(&target)
+        }
     };
+    drop(listed);
     kept.map_err(|e| match e.error.kind() {
         io::ErrorKind::AlreadyExists => DataError::write(path, Problem::Exists),
         _ => fail(e.error),
@@ -127,6 +165,34 @@ mod tests {
         );
         assert_eq!(fs::read(&path).unwrap(), b"old");
         assert_eq!(names(folder.path()), ["log.csv"]);
+    }
+
+    /// While a file is written its temporary one is on the list, by which an interrupt removes it; afterwards it is not, however
+    /// the writing ended.
+    #[test]
+    fn what_is_being_written_is_known() {
+        let folder = tempfile::tempdir().unwrap();
+        let of_folder = || -> Vec<PathBuf> {
+            let all = unfinished();
+            let here = |p: &&PathBuf| p.starts_with(folder.path());
+            all.iter().filter(here).cloned().collect()
+        };
+        let path = folder.path().join("log.csv");
+        for fails in [false, true] {
+            let result = atomic_write(&path, |w| {
+                w.write_all(b"half")?;
+                let known = of_folder();
+                assert_eq!(known.len(), 1);
+                assert!(known[0].exists());
+                if fails {
+                    Err(io::Error::other("no"))
+                } else {
+                    Ok(())
+                }
+            });
+            assert_eq!(result.is_err(), fails);
+            assert_eq!(of_folder(), Vec::<PathBuf>::new());
+        }
     }
 
     #[test]

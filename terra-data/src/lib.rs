@@ -54,7 +54,7 @@ mod table;
 mod units;
 mod write;
 
-pub use atomic::{atomic_write, atomic_write_new};
+pub use atomic::{abandon_writes, atomic_write, atomic_write_new};
 pub use columns::{ContractColumn, contract_columns};
 pub use compliance::{SlipCompliance, slip_compliance, write_slip_compliance};
 pub use drive::{DriveLog, Segment, WHEELS};
