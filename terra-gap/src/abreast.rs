@@ -1,4 +1,4 @@
-//! Observations side by side: eight are predicted in the lanes of one evaluation, at a third of what eight alone cost.
+//! Observations side by side: eight are predicted in the lanes of one evaluation, at half of what eight alone cost or less.
 //!
 //! Where one of them has no answer each is asked alone, and says so itself.
 
