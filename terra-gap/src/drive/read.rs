@@ -118,34 +118,8 @@ fn windows(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::drive::ROVER;
     use terra_data::{Segment, Series, parse_rover};
-
-    const ROVER: &str = r#"
-[vehicle]
-mass_kg = 100.0
-yaw_inertia_kg_m2 = 10.0
-track_m = 0.6
-wheelbase_m = 0.6
-cg_to_front_axle_m = 0.3
-cg_height_m = 0.2
-yaw_damping_N_m_s = 8.0
-
-[wheel]
-radius_m = 0.25
-width_m = 0.15
-inertia_kg_m2 = 0.25
-damping_N_m_s = 0.1
-
-[terrain]
-model = "wong-reece"
-start = "dry_sand"
-
-[noise]
-wheel_speed_rad_s = 0.02
-wheel_torque_N_m = 0.5
-ground_speed_m_s = 0.03
-yaw_rate_rad_s = 0.01
-"#;
 
     /// 1 m/s ahead, a new run at -1 m/s, and its continuation: x = t, then x = -t from its own start to the end. The first
     /// window of a manoeuvre is left out, but driven.
