@@ -85,7 +85,7 @@ impl From<&TerraContact> for Contact<f64> {
 impl TerraLaw {
     /// `model`, or `model+effect+effect`. Effects start at 0, the model's parameters at NaN: not set.
     pub(crate) fn new(name: &str) -> Result<Self, Failure> {
-        let law = Registry::builtin().law(name)?;
+        let law = Registry::builtin().with_forms().law(name)?;
         let of_model = law.model().params().len();
         let mut values = vec![f64::NAN; of_model];
         values.resize(law.params().len(), 0.0);

@@ -410,12 +410,16 @@ pub(crate) struct WheelArgs {
     /// Slips A:B:STEP (B included), or one slip; braking is negative, in [-1, 1].
     #[arg(long, value_name = "A:B:STEP", allow_hyphen_values = true)]
     pub(crate) slip: String,
-    /// Terrain model, or model+effect=magnitude+...
+    /// Terrain model, or model+effect=magnitude+..., an effect's other form as effect/form=magnitude.
     #[arg(long, default_value = "wong-reece")]
     pub(crate) model: String,
     /// A parameter of the model in SI units, in place of the soil's or where the soil gives none; may be repeated.
     #[arg(long, value_name = "NAME=VALUE")]
     pub(crate) set: Vec<String>,
+    /// Also the named parts of the drawbar pull, as columns after status: shear of the rim, push of lugs, compaction,
+    /// bulldozing, and what an effect adds under no other name.
+    #[arg(long)]
+    pub(crate) contributions: bool,
     /// Also the stresses along the contact at each slip (a second table).
     #[arg(long)]
     pub(crate) stress: bool,

@@ -14,11 +14,14 @@ pub struct Angles<T> {
 }
 
 /// The named parts of the drawbar pull \[N\]:
-/// drawbar pull = thrust - compaction resistance - bulldozing resistance + other.
+/// drawbar pull = thrust + lug thrust - compaction resistance - bulldozing resistance + other.
 #[derive(Clone, Copy, Debug)]
 pub struct Contributions<T> {
-    /// H: horizontal part of the shear stress.
+    /// H: horizontal part of the shear stress on the rim.
     pub thrust: T,
+    /// Horizontal part of what lugs push behind them, where a model or an effect has lugs that push; lugs that only shear the
+    /// soil at their tips are part of the thrust.
+    pub lug_thrust: T,
     /// Rc: horizontal part of the normal stress.
     pub compaction_resistance: T,
     /// Soil pushed ahead of the wheel.
@@ -57,6 +60,23 @@ pub struct WheelForces<T> {
     pub flags: Flags,
 }
 
+impl<T: Real> Contributions<T> {
+    /// What drives: the shear of the rim and the push of the lugs \[N\].
+    pub fn total_thrust(&self) -> T {
+        self.thrust + self.lug_thrust
+    }
+
+    /// What resists: compaction and bulldozing \[N\].
+    pub fn motion_resistance(&self) -> T {
+        self.compaction_resistance + self.bulldozing_resistance
+    }
+
+    /// The drawbar pull, as far as effects have named what they add \[N\].
+    pub fn sum(&self) -> T {
+        self.total_thrust() - self.motion_resistance() + self.other
+    }
+}
+
 impl<T: Real> WheelForces<T> {
     /// Forces whose pull is thrust less compaction resistance, without side force.
     pub fn from_thrust(thrust: T, compaction_resistance: T, resistive_torque: T) -> Self {
@@ -68,6 +88,7 @@ impl<T: Real> WheelForces<T> {
             angles: None,
             parts: Contributions {
                 thrust,
+                lug_thrust: T::zero(),
                 compaction_resistance,
                 bulldozing_resistance: T::zero(),
                 other: T::zero(),
@@ -92,6 +113,7 @@ impl<T: Copy> WheelForces<T> {
             }),
             parts: Contributions {
                 thrust: f(self.parts.thrust),
+                lug_thrust: f(self.parts.lug_thrust),
                 compaction_resistance: f(self.parts.compaction_resistance),
                 bulldozing_resistance: f(self.parts.bulldozing_resistance),
                 other: f(self.parts.other),

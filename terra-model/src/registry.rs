@@ -119,11 +119,14 @@ impl Registry {
         all.find(|m| m.name() == name).cloned()
     }
 
-    /// An effect's default form (the first registered) by name.
+    /// An effect by name: its default form (the first registered), or one form as `name/form`.
     ///
     /// # Errors
     /// [`ModelError::UnknownName`].
     pub fn effect(&self, name: &str) -> Result<Arc<dyn AnyEffect>, ModelError> {
+        if let Some((name, form)) = name.split_once('/') {
+            return self.effect_form(name, form);
+        }
         self.effects
             .iter()
             .find(|e| e.name() == name)
@@ -153,7 +156,7 @@ impl Registry {
             })
     }
 
-    /// `model+effect+effect`.
+    /// `model+effect+effect/form`.
     ///
     /// # Errors
     /// [`ModelError::UnknownName`], or a combination the model cannot carry.

@@ -68,7 +68,7 @@ pub(crate) fn wheel_forces<'py>(
     registry: Option<&Registry>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let (registry, trouble) = Registry::of(registry);
-    let (law, p) = law(&registry, model, &terrain)?;
+    let (law, p) = law(&registry.with_forms(), model, &terrain)?;
     let contacts: Vec<Contact<f64>> = slip
         .as_array()
         .iter()
@@ -97,11 +97,22 @@ pub(crate) fn wheel_forces<'py>(
     for (name, values) in [
         ("drawbar_pull_N", column(|f| Some(f.drawbar_pull))),
         ("torque_N_m", column(|f| Some(f.resistive_torque))),
-        ("thrust_N", column(|f| Some(f.parts.thrust))),
+        ("thrust_N", column(|f| Some(f.parts.total_thrust()))),
         (
             "motion_resistance_N",
-            column(|f| Some(f.parts.compaction_resistance + f.parts.bulldozing_resistance)),
+            column(|f| Some(f.parts.motion_resistance())),
         ),
+        ("rim_thrust_N", column(|f| Some(f.parts.thrust))),
+        ("lug_thrust_N", column(|f| Some(f.parts.lug_thrust))),
+        (
+            "compaction_resistance_N",
+            column(|f| Some(f.parts.compaction_resistance)),
+        ),
+        (
+            "bulldozing_resistance_N",
+            column(|f| Some(f.parts.bulldozing_resistance)),
+        ),
+        ("other_force_N", column(|f| Some(f.parts.other))),
         ("lateral_force_N", column(|f| Some(f.lateral_force))),
         ("sinkage_m", column(|f| f.sinkage)),
         ("entry_angle_rad", column(|f| f.angles.map(|a| a.entry))),
@@ -129,7 +140,11 @@ pub(crate) fn wheel_stresses<'py>(
     model: &str,
     points: usize,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let (law, p) = law(&terra_model::Registry::builtin(), model, &terrain)?;
+    let (law, p) = law(
+        &terra_model::Registry::builtin().with_forms(),
+        model,
+        &terrain,
+    )?;
     let profile = law
         .stresses(&p, &Contact::new(slip, normal_load, radius, width), points)
         .map_err(|e| raise(CliError::from(e)))?

@@ -104,6 +104,52 @@ fn the_table_is_the_contract_and_pull_is_thrust_less_resistance() {
     assert!(csv.text("status").iter().all(|s| *s == "ok"));
 }
 
+/// Parts by name add up to the pull, a lug that pushes is one of them, and a load that is not carried has none.
+#[test]
+fn contributions_add_up_and_name_the_push_of_a_lug() {
+    let ask = |model: &str, load: &str| {
+        let line = format!(
+            "wheel --terrain upland_sandy_loam --radius_m 0.254 --width_m 0.15 --load_N {load} --slip 0.2:0.6:0.2 \
+             --contributions --model {model}"
+        );
+        Csv::parse(
+            &terra(&folder(&format!("wheel_parts_{load}")), &line)
+                .ok()
+                .out,
+        )
+    };
+    let model = "wong-reece+bulldozing=1+grousers/passive-lug=0.01+slip-sinkage/excavation=0.01";
+    let csv = ask(model, "245");
+    let plain = ask("wong-reece", "245");
+    let column = |name| csv.full(name);
+    for k in 0..3 {
+        let parts = [
+            column("rim_thrust_N")[k],
+            column("lug_thrust_N")[k],
+            -column("compaction_resistance_N")[k],
+            -column("bulldozing_resistance_N")[k],
+            column("other_force_N")[k],
+        ];
+        let pull = column("drawbar_pull_N")[k];
+        assert!(
+            (parts.iter().sum::<f64>() - pull).abs() < 1e-9,
+            "{parts:?} {pull}"
+        );
+        assert!(
+            parts[1] > 1.0 && parts[3] < -1.0 && parts[4] < -1.0,
+            "{parts:?}"
+        );
+        assert!((parts[0] + parts[1] - column("thrust_N")[k]).abs() < 1e-9);
+        assert!((parts[2] + parts[3] + column("motion_resistance_N")[k]).abs() < 1e-9);
+        assert_eq!(plain.full("lug_thrust_N")[k], 0.0);
+        assert_eq!(plain.full("other_force_N")[k], 0.0);
+        // Neither the lug nor the front changes what the rim itself does.
+        assert_eq!(plain.full("rim_thrust_N")[k], parts[0]);
+    }
+    let none = ask("wong-reece", "1e9");
+    assert_eq!(none.text("lug_thrust_N"), ["", "", ""]);
+}
+
 /// A soil that cannot carry the wheel is a row without forces, never a number and never a failure of the curve.
 #[test]
 fn too_heavy_a_wheel_has_no_equilibrium() {

@@ -9,7 +9,10 @@ use crate::error::CliError;
 use crate::output;
 use crate::report::{self, WheelRow};
 
-const HEADER: &str = "slip,normal_load_N,drawbar_pull_N,torque_N_m,thrust_N,motion_resistance_N,sinkage_m,entry_angle_rad,max_stress_angle_rad,max_normal_stress_Pa,max_shear_stress_Pa,status\n";
+const HEADER: &str = "slip,normal_load_N,drawbar_pull_N,torque_N_m,thrust_N,motion_resistance_N,sinkage_m,entry_angle_rad,max_stress_angle_rad,max_normal_stress_Pa,max_shear_stress_Pa,status";
+/// What `--contributions` adds: drawbar pull = rim and lug thrust - compaction and bulldozing resistance + the other.
+const CONTRIBUTIONS: &str =
+    "rim_thrust_N,lug_thrust_N,compaction_resistance_N,bulldozing_resistance_N,other_force_N";
 const STRESS_HEADER: &str = "slip,angle_rad,normal_stress_Pa,shear_stress_Pa\n";
 /// Points of a stress profile.
 const POINTS: usize = 101;
@@ -19,11 +22,16 @@ pub(crate) fn run(args: &WheelArgs) -> Result<(), CliError> {
     let tables = [args.csv.as_deref(), stress_file.as_deref()];
     output::claim_with(&args.report, &tables, &[])?;
     let slips = slips(&args.slip)?;
-    let (law, magnitudes) = law(&Registry::builtin(), &args.model)?;
+    let (law, magnitudes) = law(&Registry::builtin().with_forms(), &args.model)?;
     let mut p = parameters(&args.terrain, &law, &args.set)?;
     p.extend(magnitudes);
 
     let mut csv = HEADER.to_owned();
+    if args.contributions {
+        csv.push(',');
+        csv.push_str(CONTRIBUTIONS);
+    }
+    csv.push('\n');
     let mut stress = STRESS_HEADER.to_owned();
     let mut rows = vec![];
     for slip in slips {
@@ -41,19 +49,31 @@ pub(crate) fn run(args: &WheelArgs) -> Result<(), CliError> {
                     ));
                 }
                 let cell = |x: Option<f64>| x.map(|x| x.to_string()).unwrap_or_default();
-                let resistance = f.parts.compaction_resistance + f.parts.bulldozing_resistance;
                 csv.push_str(&format!(
-                    "{slip},{},{},{},{},{resistance},{},{},{},{},{},ok\n",
+                    "{slip},{},{},{},{},{},{},{},{},{},{},ok",
                     args.load,
                     f.drawbar_pull,
                     f.resistive_torque,
-                    f.parts.thrust,
+                    f.parts.total_thrust(),
+                    f.parts.motion_resistance(),
                     cell(f.sinkage),
                     cell(f.angles.map(|a| a.entry)),
                     cell(f.angles.map(|a| a.max_stress)),
                     cell(profile.as_ref().map(|s| s.max_normal.normal_stress)),
                     cell(profile.as_ref().map(|s| s.max_shear.shear_stress)),
                 ));
+                if args.contributions {
+                    let p = &f.parts;
+                    csv.push_str(&format!(
+                        ",{},{},{},{},{}",
+                        p.thrust,
+                        p.lug_thrust,
+                        p.compaction_resistance,
+                        p.bulldozing_resistance,
+                        p.other
+                    ));
+                }
+                csv.push('\n');
                 rows.push(WheelRow {
                     slip,
                     drawbar: f.drawbar_pull,
@@ -69,7 +89,11 @@ pub(crate) fn run(args: &WheelArgs) -> Result<(), CliError> {
                 }
             }
             Err(ModelError::NoEquilibrium { .. }) => {
-                csv.push_str(&format!("{slip},{},,,,,,,,,,no-equilibrium\n", args.load));
+                let none = if args.contributions { ",,,,," } else { "" };
+                csv.push_str(&format!(
+                    "{slip},{},,,,,,,,,,no-equilibrium{none}\n",
+                    args.load
+                ));
                 rows.push(WheelRow {
                     slip,
                     ..WheelRow::NONE
@@ -146,7 +170,7 @@ fn stress_path(path: &Path) -> PathBuf {
     }
 }
 
-/// `model+effect=magnitude+...` to a law and its magnitudes.
+/// `model+effect=magnitude+effect/form=magnitude+...` to a law and its magnitudes.
 pub(crate) fn law(registry: &Registry, text: &str) -> Result<(Law, Vec<f64>), CliError> {
     let mut names = vec![];
     let mut magnitudes = vec![];

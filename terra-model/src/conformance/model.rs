@@ -124,10 +124,9 @@ fn finite_or_typed(record: &mut Record, model: &dyn AnyModel, typical: &[Vec<f64
                     let finite = sample::force_values(&f).iter().all(|x| x.is_finite());
                     record.expect(finite, "finite", || format!("{f:?} at {}", place(p, &at)));
                     let parts = &f.parts;
-                    let sum =
-                        parts.thrust - parts.compaction_resistance - parts.bulldozing_resistance
-                            + parts.other;
+                    let sum = parts.sum();
                     let size = parts.thrust.abs()
+                        + parts.lug_thrust.abs()
                         + parts.compaction_resistance.abs()
                         + f.drawbar_pull.abs();
                     record.expect(

@@ -209,6 +209,7 @@ pub(super) fn force_values<T: Real>(f: &WheelForces<T>) -> Vec<T> {
         f.resistive_torque,
         f.lateral_force,
         p.thrust,
+        p.lug_thrust,
         p.compaction_resistance,
         p.bulldozing_resistance,
         p.other,

@@ -394,6 +394,7 @@ fn either<T: Real>(slip: T, braked: WheelForces<T>, driven: WheelForces<T>) -> W
         }),
         parts: Contributions {
             thrust: pick(a.thrust, b.thrust),
+            lug_thrust: pick(a.lug_thrust, b.lug_thrust),
             compaction_resistance: pick(a.compaction_resistance, b.compaction_resistance),
             bulldozing_resistance: pick(a.bulldozing_resistance, b.bulldozing_resistance),
             other: pick(a.other, b.other),

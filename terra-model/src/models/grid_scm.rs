@@ -357,6 +357,7 @@ impl Wheel {
             }),
             parts: Contributions {
                 thrust: pull,
+                lug_thrust: 0.0,
                 compaction_resistance: 0.0,
                 bulldozing_resistance: 0.0,
                 other: 0.0,

@@ -107,8 +107,9 @@ def wheel_forces(
     Slip, load, radius and width are broadcast against each other.
 
     Returns:
-        Arrays of that shape: ``drawbar_pull_N``, ``torque_N_m``, ``thrust_N``, ``motion_resistance_N``,
-        ``lateral_force_N``, ``sinkage_m``, ``entry_angle_rad``, ``max_stress_angle_rad``, and ``carried``: False
+        Arrays of that shape: ``drawbar_pull_N``, ``torque_N_m``, ``thrust_N`` (of it ``rim_thrust_N`` and
+        ``lug_thrust_N``), ``motion_resistance_N`` (of it ``compaction_resistance_N`` and
+        ``bulldozing_resistance_N``), ``other_force_N`` that an effect adds under no other name, ``lateral_force_N``, ``sinkage_m``, ``entry_angle_rad``, ``max_stress_angle_rad``, and ``carried``: False
         (and NaN elsewhere) where the soil cannot carry the load.
 
     Raises:

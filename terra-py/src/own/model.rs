@@ -119,6 +119,7 @@ impl PythonModel {
             angles: None,
             parts: Contributions {
                 thrust: value(4).unwrap_or(pull + compaction),
+                lug_thrust: T::zero(),
                 compaction_resistance: compaction,
                 bulldozing_resistance: T::zero(),
                 other: T::zero(),

@@ -88,7 +88,7 @@ force_form!(
             // A lug that does not slip does not push.
             let push = push * (at.slip * 10.0).tanh();
             forces.drawbar_pull += push;
-            forces.parts.thrust += push;
+            forces.parts.lug_thrust += push;
             forces.resistive_torque += push * (at.radius + e * 0.5);
         }
     }
@@ -136,9 +136,10 @@ force_form!(
         let s = at.slip.abs();
         let tan = e * (-s + 1.0) * at.slip_angle.tan() / (s + 0.05);
         let cos = T::one() / (tan.squared() + 1.0).sqrt();
-        let thrust = forces.parts.thrust;
+        let thrust = forces.parts.total_thrust();
         forces.drawbar_pull -= thrust * (-cos + 1.0);
-        forces.parts.thrust = thrust * cos;
+        forces.parts.thrust *= cos;
+        forces.parts.lug_thrust *= cos;
         forces.resistive_torque *= cos;
         forces.lateral_force -= thrust.abs() * cos * tan;
     }

@@ -80,7 +80,7 @@ impl Effect for PassiveLug {
         let push = root.squared() * (height * (0.5 * UNIT_WEIGHT) + surcharge) + c * root * 2.0;
         let force = at.width * height * push * (at.slip * 10.0).tanh();
         forces.drawbar_pull += force;
-        forces.parts.thrust += force;
+        forces.parts.lug_thrust += force;
         forces.resistive_torque += force * (at.radius + height * 0.5);
         forces
     }

@@ -147,6 +147,7 @@ impl<T: Real> Column<T> {
         Sums {
             load: load * area,
             thrust: thrust * area,
+            lug_thrust: zero,
             // The normal stress is vertical: what compaction costs shows in the torque alone.
             compaction: zero,
             bulldozing: zero,

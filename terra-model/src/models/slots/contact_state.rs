@@ -12,6 +12,8 @@ use crate::real::{Real, Root};
 pub(super) struct Sums<T> {
     pub(super) load: T,
     pub(super) thrust: T,
+    /// Of lugs that push.
+    pub(super) lug_thrust: T,
     pub(super) compaction: T,
     pub(super) bulldozing: T,
     pub(super) torque: T,
@@ -25,6 +27,7 @@ impl<T: Real> Sums<T> {
         Sums {
             load: zero,
             thrust: zero,
+            lug_thrust: zero,
             compaction: zero,
             bulldozing: zero,
             torque: zero,

@@ -306,6 +306,7 @@ impl<T: Real> ModelAt<T> for Composed {
         let entry = Self::entry(&wheel, at)?;
         let Sums {
             thrust,
+            lug_thrust,
             compaction,
             bulldozing,
             torque,
@@ -316,7 +317,7 @@ impl<T: Real> ModelAt<T> for Composed {
         let sinkage = wheel.radius() * sin_half.squared() * 2.0 + wheel.soil().pressure.floor();
         let (exit, max_stress) = wheel.angles(entry);
         Ok(WheelForces {
-            drawbar_pull: thrust - compaction - bulldozing,
+            drawbar_pull: thrust + lug_thrust - compaction - bulldozing,
             resistive_torque: torque,
             lateral_force: lateral,
             sinkage: Some(sinkage),
@@ -327,6 +328,7 @@ impl<T: Real> ModelAt<T> for Composed {
             }),
             parts: Contributions {
                 thrust,
+                lug_thrust,
                 compaction_resistance: compaction,
                 bulldozing_resistance: bulldozing,
                 other: T::zero(),

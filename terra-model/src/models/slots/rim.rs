@@ -124,7 +124,8 @@ impl<T: Real> Rim<T> {
         let area = self.radius * self.width;
         Sums {
             load: load * area + lug_load * self.width,
-            thrust: thrust * area + lug_thrust * self.width,
+            thrust: thrust * area,
+            lug_thrust: lug_thrust * self.width,
             compaction: compaction * area,
             bulldozing: zero,
             torque: shear * area * self.torque_arm + lug_moment * self.width,

@@ -71,9 +71,10 @@ fn lugs_add_the_passive_pressure_of_rankine() {
         let (own, rest, tau, sigma) = parts(a);
         (per * (own + rest) + tau) * a.sin() + sigma * a.cos()
     });
-    let thrust = integral(&|a| {
-        let (own, rest, tau, _) = parts(a);
-        (per * (own + rest) + tau) * a.cos()
+    let thrust = integral(&|a| parts(a).2 * a.cos());
+    let lug_thrust = integral(&|a| {
+        let (own, rest, ..) = parts(a);
+        per * (own + rest) * a.cos()
     });
     let torque = integral(&|a| {
         let (own, rest, tau, _) = parts(a);
@@ -82,6 +83,7 @@ fn lugs_add_the_passive_pressure_of_rankine() {
     // The boundary layer of K is a ten-thousandth of the contact.
     assert!((load / 245.25 - 1.0).abs() < 1e-3, "{load}");
     assert!((f.parts.thrust / thrust - 1.0).abs() < 1e-3);
+    assert!((f.parts.lug_thrust / lug_thrust - 1.0).abs() < 1e-3);
     assert!((f.resistive_torque / torque - 1.0).abs() < 1e-3);
     assert!(
         f.drawbar_pull
