@@ -4,7 +4,8 @@
 //! a_reported = a + e
 //!
 //! # Reference
-//! chosen form and prior.
+//! P. D. Groves, Principles of GNSS, Inertial, and Multisensor Integrated Navigation Systems, 2013 (accelerometer bias);
+//! chosen prior.
 
 use crate::effect::{Channel, Effect, Scope, Touch};
 use crate::param::{EITHER_SIGN, Param};
@@ -18,7 +19,7 @@ impl Effect for AccelBias {
     const NAME: &'static str = "accel-bias";
     const SUMMARY: &'static str = "the accelerometer has an offset";
     const PARAMS: &'static [Param] = &[Param::magnitude("m/s²", EITHER_SIGN, 0.15, "offset")];
-    const REFERENCE: &'static str = "chosen form and prior";
+    const REFERENCE: &'static str = "P. D. Groves, Principles of GNSS, Inertial, and Multisensor Integrated Navigation Systems, 2013 (accelerometer bias); chosen prior";
     const TOUCHES: &'static [Touch] = &[Touch::Sensor];
     const SCOPE: Scope = Scope::Drive;
     const REGIME: &'static str = "specific force, at every slip";

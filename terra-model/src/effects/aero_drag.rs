@@ -4,7 +4,7 @@
 //! forward force - e v |v|
 //!
 //! # Reference
-//! chosen form and prior.
+//! J. Y. Wong, Theory of Ground Vehicles (aerodynamic resistance grows with the square of speed); chosen prior.
 
 use crate::effect::{Effect, Scope, Touch};
 use crate::param::Param;
@@ -24,7 +24,7 @@ impl Effect for AeroDrag {
         8.0,
         "drag coefficient",
     )];
-    const REFERENCE: &'static str = "chosen form and prior";
+    const REFERENCE: &'static str = "J. Y. Wong, Theory of Ground Vehicles (aerodynamic resistance grows with the square of speed); chosen prior";
     const TOUCHES: &'static [Touch] = &[Touch::Loads];
     const SCOPE: Scope = Scope::Drive;
     const REGIME: &'static str = "sum of forces at high speed";

@@ -4,7 +4,7 @@
 //! front axle load m g (1/2 + e), centre of mass e L further forward
 //!
 //! # Reference
-//! chosen form and prior.
+//! J. Y. Wong, Theory of Ground Vehicles (axle loads from the place of the centre of gravity); chosen prior.
 
 use crate::effect::{Effect, Scope, Touch};
 use crate::param::Param;
@@ -24,7 +24,7 @@ impl Effect for CgOffset {
         0.08,
         "offset over wheelbase, forward positive",
     )];
-    const REFERENCE: &'static str = "chosen form and prior";
+    const REFERENCE: &'static str = "J. Y. Wong, Theory of Ground Vehicles (axle loads from the place of the centre of gravity); chosen prior";
     const TOUCHES: &'static [Touch] = &[Touch::Vehicle];
     const SCOPE: Scope = Scope::Drive;
     const REGIME: &'static str = "front against rear, acceleration";

@@ -4,7 +4,7 @@
 //! D_reported = D + e
 //!
 //! # Reference
-//! chosen form and prior.
+//! definition (instrumental bias, JCGM 200:2012); chosen prior.
 
 use crate::effect::{Channel, Effect, Scope, Touch};
 use crate::param::{EITHER_SIGN, Param};
@@ -18,7 +18,7 @@ impl Effect for DrawbarBias {
     const NAME: &'static str = "drawbar-bias";
     const SUMMARY: &'static str = "the load cell of the drawbar has an offset";
     const PARAMS: &'static [Param] = &[Param::magnitude("N", EITHER_SIGN, 2.0, "offset")];
-    const REFERENCE: &'static str = "chosen form and prior";
+    const REFERENCE: &'static str = "definition (instrumental bias, JCGM 200:2012); chosen prior";
     const TOUCHES: &'static [Touch] = &[Touch::Sensor];
     const SCOPE: Scope = Scope::Rig;
     const REGIME: &'static str = "pull only, at every slip";

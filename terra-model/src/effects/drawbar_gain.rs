@@ -4,7 +4,7 @@
 //! D_reported = (1 + e) D
 //!
 //! # Reference
-//! chosen form and prior.
+//! definition (sensitivity of a measuring system, JCGM 200:2012); chosen prior.
 
 use crate::effect::{Channel, Effect, Scope, Touch};
 use crate::param::Param;
@@ -23,7 +23,8 @@ impl Effect for DrawbarGain {
         0.05,
         "relative error of the load cell",
     )];
-    const REFERENCE: &'static str = "chosen form and prior";
+    const REFERENCE: &'static str =
+        "definition (sensitivity of a measuring system, JCGM 200:2012); chosen prior";
     const TOUCHES: &'static [Touch] = &[Touch::Sensor];
     const SCOPE: Scope = Scope::Rig;
     const REGIME: &'static str = "pull only";

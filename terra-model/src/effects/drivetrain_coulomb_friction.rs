@@ -4,7 +4,8 @@
 //! the motor delivers e tanh(ω / .1 rad/s) more
 //!
 //! # Reference
-//! chosen form and prior.
+//! B. Armstrong-Hélouvry, P. Dupont, C. Canudas de Wit, Automatica 30(7):1083-1138, 1994 (Coulomb friction); chosen
+//! smoothing and prior.
 
 use crate::effect::{Effect, Touch};
 use crate::param::Param;
@@ -24,7 +25,7 @@ impl Effect for DrivetrainCoulombFriction {
         2.0,
         "friction torque at the wheel",
     )];
-    const REFERENCE: &'static str = "chosen form and prior";
+    const REFERENCE: &'static str = "B. Armstrong-Hélouvry, P. Dupont, C. Canudas de Wit, Automatica 30(7):1083-1138, 1994 (Coulomb friction); chosen smoothing and prior";
     const TOUCHES: &'static [Touch] = &[Touch::Loads];
     const REGIME: &'static str = "torque offset at every slip; reversal changes its sign";
     const ISOLATED_BY: &'static str = "spin the lifted wheel both ways";

@@ -4,7 +4,7 @@
 //! the motor delivers e ω more
 //!
 //! # Reference
-//! chosen form and prior.
+//! B. Armstrong-Hélouvry, P. Dupont, C. Canudas de Wit, Automatica 30(7):1083-1138, 1994 (viscous friction); chosen prior.
 
 use crate::effect::{Effect, Touch};
 use crate::param::{EITHER_SIGN, Param};
@@ -24,7 +24,7 @@ impl Effect for DrivetrainViscousFriction {
         0.8,
         "friction coefficient at the wheel",
     )];
-    const REFERENCE: &'static str = "chosen form and prior";
+    const REFERENCE: &'static str = "B. Armstrong-Hélouvry, P. Dupont, C. Canudas de Wit, Automatica 30(7):1083-1138, 1994 (viscous friction); chosen prior";
     const TOUCHES: &'static [Touch] = &[Touch::Loads];
     const REGIME: &'static str = "torque against wheel speed";
     const ISOLATED_BY: &'static str = "spin the lifted wheel at two speeds";

@@ -4,7 +4,7 @@
 //! v_reported = v + e
 //!
 //! # Reference
-//! chosen form and prior.
+//! definition (instrumental bias, JCGM 200:2012); chosen prior.
 
 use crate::effect::{Channel, Effect, Scope, Touch};
 use crate::param::{EITHER_SIGN, Param};
@@ -18,7 +18,7 @@ impl Effect for GroundSpeedBias {
     const NAME: &'static str = "ground-speed-bias";
     const SUMMARY: &'static str = "the logged ground speed has an offset";
     const PARAMS: &'static [Param] = &[Param::magnitude("m/s", EITHER_SIGN, 0.05, "offset")];
-    const REFERENCE: &'static str = "chosen form and prior";
+    const REFERENCE: &'static str = "definition (instrumental bias, JCGM 200:2012); chosen prior";
     const TOUCHES: &'static [Touch] = &[Touch::Sensor];
     const SCOPE: Scope = Scope::Drive;
     const REGIME: &'static str = "slip at low speed";

@@ -4,7 +4,7 @@
 //! v_reported = (1 + e) v
 //!
 //! # Reference
-//! chosen form and prior.
+//! definition (sensitivity of a measuring system, JCGM 200:2012); chosen prior.
 
 use crate::effect::{Channel, Effect, Touch};
 use crate::param::Param;
@@ -23,7 +23,8 @@ impl Effect for GroundSpeedScale {
         0.05,
         "relative error of the speed",
     )];
-    const REFERENCE: &'static str = "chosen form and prior";
+    const REFERENCE: &'static str =
+        "definition (sensitivity of a measuring system, JCGM 200:2012); chosen prior";
     const TOUCHES: &'static [Touch] = &[Touch::Sensor];
     const REGIME: &'static str = "slip at low slip";
     const ISOLATED_BY: &'static str = "drive a measured distance on hard ground";

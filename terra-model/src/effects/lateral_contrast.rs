@@ -4,7 +4,7 @@
 //! k e^(±e/2), + on the right
 //!
 //! # Reference
-//! chosen form and prior.
+//! K. K. Phoon, F. H. Kulhawy, Can. Geotech. J. 36(4):612-624, 1999 (soil differs over metres); chosen form and prior.
 
 use crate::contact::{Contact, Hook};
 use crate::effect::{Effect, Scope, Touch};
@@ -25,7 +25,7 @@ impl Effect for LateralContrast {
         0.5,
         "log ratio of right to left stiffness",
     )];
-    const REFERENCE: &'static str = "chosen form and prior";
+    const REFERENCE: &'static str = "K. K. Phoon, F. H. Kulhawy, Can. Geotech. J. 36(4):612-624, 1999 (soil differs over metres); chosen form and prior";
     const NEEDS: &'static [Hook] = &[Hook::Stiffness];
     const TOUCHES: &'static [Touch] = &[Touch::Contact];
     const SCOPE: Scope = Scope::Drive;

@@ -4,7 +4,7 @@
 //! W_true = (1 + e) W_reported
 //!
 //! # Reference
-//! chosen form and prior.
+//! definition (sensitivity of a measuring system, JCGM 200:2012); chosen prior.
 
 use crate::contact::Contact;
 use crate::effect::{Effect, Scope, Touch};
@@ -25,7 +25,8 @@ impl Effect for LoadError {
         0.1,
         "relative error of the load",
     )];
-    const REFERENCE: &'static str = "chosen form and prior";
+    const REFERENCE: &'static str =
+        "definition (sensitivity of a measuring system, JCGM 200:2012); chosen prior";
     const TOUCHES: &'static [Touch] = &[Touch::Contact];
     const SCOPE: Scope = Scope::Rig;
     const REGIME: &'static str = "pull, torque and sinkage with the load";

@@ -4,7 +4,7 @@
 //! m -> m (1 + e)
 //!
 //! # Reference
-//! chosen form and prior.
+//! definition (mass in Newton's second law and in the axle loads); chosen prior.
 
 use crate::effect::{Effect, Scope, Touch};
 use crate::param::Param;
@@ -24,7 +24,8 @@ impl Effect for MassError {
         0.12,
         "relative error of the mass",
     )];
-    const REFERENCE: &'static str = "chosen form and prior";
+    const REFERENCE: &'static str =
+        "definition (mass in Newton's second law and in the axle loads); chosen prior";
     const TOUCHES: &'static [Touch] = &[Touch::Vehicle];
     const SCOPE: Scope = Scope::Drive;
     const REGIME: &'static str = "loads everywhere, force under acceleration";

@@ -4,7 +4,7 @@
 //! z_reported = z + e
 //!
 //! # Reference
-//! chosen form and prior.
+//! definition (instrumental bias, JCGM 200:2012); chosen prior.
 
 use crate::effect::{Channel, Effect, Scope, Touch};
 use crate::param::{EITHER_SIGN, Param};
@@ -18,7 +18,7 @@ impl Effect for SinkageBias {
     const NAME: &'static str = "sinkage-bias";
     const SUMMARY: &'static str = "the sinkage sensor has an offset";
     const PARAMS: &'static [Param] = &[Param::magnitude("m", EITHER_SIGN, 0.002, "offset")];
-    const REFERENCE: &'static str = "chosen form and prior";
+    const REFERENCE: &'static str = "definition (instrumental bias, JCGM 200:2012); chosen prior";
     const TOUCHES: &'static [Touch] = &[Touch::Sensor];
     const SCOPE: Scope = Scope::Rig;
     const REGIME: &'static str = "sinkage only, at every slip";

@@ -4,7 +4,7 @@
 //! n -> n + e |s|
 //!
 //! # Reference
-//! L. Ding et al., J. Field Robotics 28(6), 2011: n = n0 + n1 s.
+//! L. Ding et al., J. Field Robotics 28(6), 2011: n = n0 + n1 s (formula recalled).
 
 use crate::contact::{Contact, Hook};
 use crate::effect::{Effect, Touch};
@@ -26,7 +26,8 @@ impl Effect for SlipSinkage {
         0.4,
         "growth of the sinkage exponent with slip",
     )];
-    const REFERENCE: &'static str = "L. Ding et al., J. Field Robotics 28(6), 2011: n = n0 + n1 s";
+    const REFERENCE: &'static str =
+        "L. Ding et al., J. Field Robotics 28(6), 2011: n = n0 + n1 s (formula recalled)";
     const NEEDS: &'static [Hook] = &[Hook::SinkageExponent];
     const TOUCHES: &'static [Touch] = &[Touch::Contact];
     const REGIME: &'static str = "pull down, torque and sinkage up, slip above .3";

@@ -4,7 +4,7 @@
 //! dv/dt - g sin e, loads by cos e; the accelerometer reads specific force
 //!
 //! # Reference
-//! chosen form and prior.
+//! J. Y. Wong, Theory of Ground Vehicles (grade resistance); chosen prior.
 
 use crate::effect::{Effect, Scope, Touch};
 use crate::param::Param;
@@ -24,7 +24,8 @@ impl Effect for Slope {
         0.0349,
         "inclination, nose-up positive",
     )];
-    const REFERENCE: &'static str = "chosen form and prior";
+    const REFERENCE: &'static str =
+        "J. Y. Wong, Theory of Ground Vehicles (grade resistance); chosen prior";
     const TOUCHES: &'static [Touch] = &[Touch::Vehicle];
     const SCOPE: Scope = Scope::Drive;
     const REGIME: &'static str = "pull offset that does not depend on slip; heading";

@@ -4,7 +4,7 @@
 //! k e^(e x / 8 m), c e^(e x / 16 m)
 //!
 //! # Reference
-//! chosen form and prior.
+//! K. K. Phoon, F. H. Kulhawy, Can. Geotech. J. 36(4):612-624, 1999 (trend of a soil over distance); chosen form and prior.
 
 use crate::contact::{Contact, Hook};
 use crate::effect::{Effect, Scope, Touch};
@@ -25,7 +25,7 @@ impl Effect for TerrainDrift {
         0.4,
         "relative change over 8 m",
     )];
-    const REFERENCE: &'static str = "chosen form and prior";
+    const REFERENCE: &'static str = "K. K. Phoon, F. H. Kulhawy, Can. Geotech. J. 36(4):612-624, 1999 (trend of a soil over distance); chosen form and prior";
     const NEEDS: &'static [Hook] = &[Hook::Stiffness, Hook::Cohesion];
     const TOUCHES: &'static [Touch] = &[Touch::Contact];
     const SCOPE: Scope = Scope::Drive;

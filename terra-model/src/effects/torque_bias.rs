@@ -4,7 +4,7 @@
 //! T_reported = T_true + e
 //!
 //! # Reference
-//! chosen form and prior.
+//! definition (instrumental bias, JCGM 200:2012); chosen prior.
 
 use crate::effect::{Channel, Effect, Touch};
 use crate::param::{EITHER_SIGN, Param};
@@ -18,7 +18,7 @@ impl Effect for TorqueBias {
     const NAME: &'static str = "torque-bias";
     const SUMMARY: &'static str = "the logged torque has an offset";
     const PARAMS: &'static [Param] = &[Param::magnitude("N m", EITHER_SIGN, 1.5, "offset")];
-    const REFERENCE: &'static str = "chosen form and prior";
+    const REFERENCE: &'static str = "definition (instrumental bias, JCGM 200:2012); chosen prior";
     const TOUCHES: &'static [Touch] = &[Touch::Sensor];
     const REGIME: &'static str = "torque only, the same in both directions";
     const ISOLATED_BY: &'static str = "log the lifted, standing wheel";

@@ -4,7 +4,8 @@
 //! T_reported = T_true (1 + e (T / 60 N m)²)
 //!
 //! # Reference
-//! chosen form and prior.
+//! A. E. Fitzgerald, C. Kingsley, S. D. Umans, Electric Machinery (saturation lowers the torque a current gives); chosen
+//! form and prior.
 
 use crate::effect::{Channel, Effect, Scope, Touch};
 use crate::param::Param;
@@ -23,7 +24,7 @@ impl Effect for TorqueDroop {
         0.25,
         "relative error at 60 N m",
     )];
-    const REFERENCE: &'static str = "chosen form and prior";
+    const REFERENCE: &'static str = "A. E. Fitzgerald, C. Kingsley, S. D. Umans, Electric Machinery (saturation lowers the torque a current gives); chosen form and prior";
     const TOUCHES: &'static [Touch] = &[Touch::Sensor];
     const SCOPE: Scope = Scope::Drive;
     const REGIME: &'static str = "torque at high torque";

@@ -4,7 +4,7 @@
 //! T_true = (1 + e) T_reported
 //!
 //! # Reference
-//! chosen form and prior.
+//! definition (sensitivity of a measuring system, JCGM 200:2012); chosen prior.
 
 use crate::effect::{Channel, Effect, Touch};
 use crate::param::Param;
@@ -23,7 +23,8 @@ impl Effect for TorqueScale {
         0.12,
         "relative error of the torque constant or efficiency",
     )];
-    const REFERENCE: &'static str = "chosen form and prior";
+    const REFERENCE: &'static str =
+        "definition (sensitivity of a measuring system, JCGM 200:2012); chosen prior";
     const TOUCHES: &'static [Touch] = &[Touch::Sensor];
     const REGIME: &'static str = "torque only, at every slip";
     const ISOLATED_BY: &'static str = "calibrate the motor on a brake or a lever arm";

@@ -4,7 +4,8 @@
 //! t_w -> t_w (1 + e)
 //!
 //! # Reference
-//! chosen form and prior.
+//! J. Borenstein, L. Feng, IEEE Trans. Robotics and Automation 12(6):869-880, 1996 (uncertain effective wheelbase); chosen
+//! prior.
 
 use crate::effect::{Effect, Scope, Touch};
 use crate::param::Param;
@@ -24,7 +25,7 @@ impl Effect for TrackWidthError {
         0.05,
         "relative error of the track",
     )];
-    const REFERENCE: &'static str = "chosen form and prior";
+    const REFERENCE: &'static str = "J. Borenstein, L. Feng, IEEE Trans. Robotics and Automation 12(6):869-880, 1996 (uncertain effective wheelbase); chosen prior";
     const TOUCHES: &'static [Touch] = &[Touch::Vehicle];
     const SCOPE: Scope = Scope::Drive;
     const REGIME: &'static str = "wheel speeds and yaw in turns";

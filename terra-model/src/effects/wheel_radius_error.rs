@@ -4,7 +4,8 @@
 //! R -> R (1 + e), in the contact and in the slip
 //!
 //! # Reference
-//! chosen form and prior.
+//! J. Borenstein, L. Feng, IEEE Trans. Robotics and Automation 12(6):869-880, 1996 (uncertain wheel diameters); chosen
+//! prior.
 
 use crate::contact::Contact;
 use crate::effect::{Effect, Touch};
@@ -25,7 +26,7 @@ impl Effect for WheelRadiusError {
         0.04,
         "relative error of the radius",
     )];
-    const REFERENCE: &'static str = "chosen form and prior";
+    const REFERENCE: &'static str = "J. Borenstein, L. Feng, IEEE Trans. Robotics and Automation 12(6):869-880, 1996 (uncertain wheel diameters); chosen prior";
     const TOUCHES: &'static [Touch] = &[Touch::Contact];
     const REGIME: &'static str = "slip offset at low slip; torque over pull";
     const ISOLATED_BY: &'static str = "measure the loaded radius with a tape";

@@ -282,8 +282,7 @@ impl TerrainModel for BrakedTwoZone {
     const SUMMARY: &'static str =
         "rigid wheel that, braked or towed, has two zones of shear whose soil flows apart";
     const PARAMS: &'static [Param] = bekker::PARAMS;
-    const REFERENCE: &'static str =
-        "J. Y. Wong, A. R. Reece, J. Terramechanics 4(2):7-25, 1967 (part II; formulas recalled)";
+    const REFERENCE: &'static str = "J. Y. Wong, A. R. Reece, J. Terramechanics 4(2):7-25, 1967 (part II; formulas as an open code after that paper has them)";
     const HOOKS: &'static [Hook] = &[
         Hook::Stiffness,
         Hook::Cohesion,
