@@ -281,3 +281,43 @@ fn the_split_is_close_to_the_integrals() {
     );
     assert_eq!(none.len(), 3);
 }
+
+/// Stresses that are linear between entry, apex and bottom against those of Wong and Reece: largest and median difference of
+/// the pull over the load, light wheel. The figures are another computation's, whose slips are not known; here slip runs from
+/// 0 to 1 evenly.
+#[test]
+fn linear_stresses_differ_by_so_much() {
+    let linear = Registry::builtin().law("linear-stress").unwrap();
+    for (class, most, half) in [
+        ("sandy", 0.12, 0.02),
+        ("sandy_loam", 0.18, 0.04),
+        ("clayey", 0.18, 0.09),
+    ] {
+        let mut differences = vec![];
+        for soil in catalogue::set("wong21").unwrap() {
+            if soil.class != class {
+                continue;
+            }
+            let p = soil.parameters(linear.model()).unwrap();
+            for slip in grid() {
+                let at = Contact::new(slip, LIGHT, RADIUS, WIDTH);
+                let (Ok(a), Ok(b)) = (linear.forces(&p, &at), wheel(&soil.id, LIGHT, slip)) else {
+                    continue;
+                };
+                differences.push((a.drawbar_pull - b.drawbar_pull).abs() / LIGHT);
+            }
+        }
+        differences.sort_by(f64::total_cmp);
+        let n = differences.len();
+        let (largest, median) = (differences[n - 1], differences[n / 2]);
+        println!("{class}: {n} contacts, largest {largest}, median {median}");
+        assert!(
+            largest < most + 0.005 && largest > 0.75 * most,
+            "{class}: {largest}"
+        );
+        assert!(
+            median < half + 0.005 && median > 0.5 * half,
+            "{class}: {median}"
+        );
+    }
+}

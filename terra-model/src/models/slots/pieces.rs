@@ -21,6 +21,11 @@ const FIRST_PIECE: f64 = 4.0;
 /// What it may change by within a piece around a bend.
 const PER_PIECE: f64 = 8.0;
 
+/// Steepness above which a rear branch, whose nodes are close together at the apex, does not resolve a layer there.
+const STEEP_BEHIND: f64 = 20.0;
+/// j/K at the apex from which nothing of the layer is left behind it.
+const SATURATED: f64 = 25.0;
+
 /// Most breaks of one branch.
 const BREAKS: usize = 11;
 
@@ -76,6 +81,12 @@ impl<P: Root> Pieces<P> {
     pub(super) fn bend_at(&mut self, u: P) {
         self.at(u);
         self.dense = self.dense || (P::from(NEGLIGIBLE).any_lt(u) && u.any_lt(P::one()));
+    }
+
+    /// The layer of shear at the entry reaches past the apex, where j/K is `there`, onto this branch.
+    pub(super) fn layered_behind(&mut self, there: P) {
+        self.dense = self.dense
+            || (P::from(STEEP_BEHIND).any_lt(self.steepness) && there.any_lt(P::from(SATURATED)));
     }
 
     /// All nodes of the branch in u, with `weights` for u^m on the first piece.

@@ -159,6 +159,8 @@ impl<P: Root> Rim<P> {
         let behind = |angle: P| (angle - exit) / (apex - exit);
         let mut front = Pieces::new((steep * (entry - apex)).max_of(pressure));
         let mut rear = Pieces::new((steep * (apex - exit)).max_of(pressure));
+        let at_apex = displacement(i, entry, apex) * per_modulus;
+        rear.layered_behind(at_apex.abs());
         for angle in [ahead, back] {
             front.bend_at(in_front(angle));
             rear.bend_at(behind(angle));

@@ -3,12 +3,13 @@
 //! - where the shear displacement changes its sign (braking): E has a kink in its second derivative there;
 //! - where the shear stress saturates within a small part of the branch (small K, or a nearly locked wheel): pieces
 //!   that grow by a factor of four resolve the layer at the entry;
+//! - where that layer reaches past an apex close to the entry, behind it;
 //! - where a stiffer layer of soil begins: its extra stress is integrated from there on, beside the rest.
 //!
 //! Where a piece ends carries no derivative, because the integrand is continuous there: all of this is in the primal.
 
 use super::wheel::Wheel;
-use crate::models::displacement::sign_changes;
+use crate::models::displacement::{displacement, sign_changes};
 use crate::quadrature::rule;
 use crate::real::{Real, Root};
 
@@ -22,6 +23,10 @@ pub(super) struct Pieces<P> {
 
 /// d(j/K)/du above which the layer at the entry gets its own pieces.
 const STEEP: f64 = 6.0;
+/// The same on the rear branch, whose nodes are close together at the apex, where its layer would be.
+const STEEP_BEHIND: f64 = 20.0;
+/// j/K at the apex from which nothing of the layer is left behind it.
+const SATURATED: f64 = 25.0;
 /// j/K at the end of the first of those pieces.
 const FIRST_PIECE: f64 = 4.0;
 /// A piece shorter than this share of a branch holds less than rounding.
@@ -60,7 +65,14 @@ impl<P: Root> Wheel<P> {
         let front = [in_front(ahead), in_front(back)];
         let rear = [behind(ahead), behind(back)];
         let dense = |breaks: [P; 2]| breaks.iter().any(|u| u.any_lt(one));
-        let rear_first = if dense(rear) { first(rear_steep) } else { one };
+        let at_apex = displacement(i, entry, apex) * self.shear_radius / self.ground.shear_modulus;
+        let left = rear_steep.select_lt(P::from(STEEP_BEHIND), P::from(SATURATED), at_apex.abs());
+        let layered = left.any_lt(P::from(SATURATED));
+        let rear_first = if dense(rear) {
+            first(rear_steep)
+        } else {
+            left.select_lt(P::from(SATURATED), first(rear_steep), one)
+        };
         [
             Pieces {
                 ends: sorted(front[0], front[1], first(front_steep)),
@@ -70,7 +82,7 @@ impl<P: Root> Wheel<P> {
             Pieces {
                 ends: sorted(rear[0], rear[1], rear_first),
                 steepness: rear_steep,
-                dense: dense(rear),
+                dense: dense(rear) || layered,
             },
         ]
     }

@@ -12,6 +12,33 @@ fn composed_from_the_default_slots_is_the_plain_wheel() {
     }
 }
 
+/// An apex close to the entry leaves most of a thin layer of shear behind it.
+#[test]
+fn a_layer_of_shear_behind_the_apex_is_resolved() {
+    let (slots, plain) = (
+        law("wong-reece:bekker:janosi-hanamoto"),
+        plain("wong-reece"),
+    );
+    for exponent in [0.2, 0.7, 1.4] {
+        for modulus in [1.2e-3, 4e-3, 0.01] {
+            for apex in [0.8, 0.93, 0.98] {
+                for slip in [-0.6, -0.1, 0.0, 0.1, 0.5, 0.95] {
+                    for load in [50.0, 500.0, 4000.0] {
+                        let p = [0.0, 2e5, exponent, 500.0, 0.5, modulus, apex, 0.0];
+                        let at = at(slip, load);
+                        let (Ok(f), Ok(g)) = (slots.forces(&p, &at), plain.forces(&p, &at)) else {
+                            continue;
+                        };
+                        let scale = g.drawbar_pull.abs() + g.resistive_torque.abs() / 0.254;
+                        let off = (f.drawbar_pull - g.drawbar_pull).abs() / scale;
+                        assert!(off < 1e-9, "{off:e}: {p:?} {slip} {load}");
+                    }
+                }
+            }
+        }
+    }
+}
+
 /// 245 N on dry sand, by adaptive quadrature in thirty digits: what the equations have, and what they have with τ turning
 /// over δ, which is what the model has.
 #[test]
