@@ -1,10 +1,11 @@
 //! Everything registered conforms, and what does not conform is found out.
 
-#![allow(clippy::unwrap_used, clippy::panic)]
+#![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout)]
 
 use terra_model::conformance::{
     check_effect, check_effect_dyn, check_model, check_model_dyn, check_model_with, check_pair,
 };
+use terra_model::models::Slots;
 use terra_model::{
     Contact, Effect, ForceLaw, Hook, Law, ModelError, Param, Real, Registry, Scale, Soil,
     TerrainModel, Touch, WheelForces,
@@ -67,6 +68,44 @@ fn every_pair_conforms() {
     );
     // The full wheel carries every other form but those of a sensor and of the drivetrain.
     assert_eq!(other_forms, 19);
+}
+
+/// Every `nth` pair of a combination of slots and an effect on the wheel; how many of them go together.
+fn pairs_of_slots(nth: usize) -> (usize, usize) {
+    let registry = Registry::builtin().with_forms();
+    let acts = |touch: &Touch| matches!(touch, Touch::Contact | Touch::Forces);
+    let effects: Vec<_> = registry
+        .effects()
+        .iter()
+        .filter(|e| e.touches().iter().any(acts))
+        .collect();
+    let models = Slots::combinations().map(|name| registry.model(name).unwrap());
+    let pairs = models.flat_map(|m| effects.iter().map(move |e| (m.clone(), (*e).clone())));
+    let (mut asked, mut carried) = (0, 0);
+    for (model, effect) in pairs.step_by(nth) {
+        let checked = check_pair(&model, &effect).unwrap_or_else(|e| panic!("{e}"));
+        asked += 1;
+        if Law::new(model, vec![effect]).is_ok() {
+            assert!(checked.derivatives > 0, "{checked:?}");
+            carried += 1;
+        }
+    }
+    (asked, carried)
+}
+
+/// Combinations of slots with effects on them: nothing at zero magnitude, right derivatives, or a typed refusal.
+#[test]
+fn some_combinations_conform_with_effects() {
+    let (asked, carried) = pairs_of_slots(41);
+    assert!(asked > 100 && carried > asked / 2, "{carried} of {asked}");
+}
+
+#[test]
+#[ignore = "minutes"]
+fn every_combination_conforms_with_every_effect() {
+    let (asked, carried) = pairs_of_slots(1);
+    println!("{carried} of {asked} pairs go together");
+    assert!(carried > asked / 2, "{carried} of {asked}");
 }
 
 #[test]
