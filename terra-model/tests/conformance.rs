@@ -86,7 +86,9 @@ fn pairs_of_slots(nth: usize) -> (usize, usize) {
         let checked = check_pair(&model, &effect).unwrap_or_else(|e| panic!("{e}"));
         asked += 1;
         if Law::new(model, vec![effect]).is_ok() {
-            assert!(checked.derivatives > 0, "{checked:?}");
+            // A wheel that does not sink to the layer feels nothing of it.
+            let may_be_blind = checked.subject.ends_with("+layered-soil");
+            assert!(may_be_blind || checked.derivatives > 0, "{checked:?}");
             carried += 1;
         }
     }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
-use crate::support::{example, folder, json, list, number, run, terra, text};
+use crate::support::{Csv, example, folder, json, list, number, run, terra, text};
 
 /// A measured file, or a clear word that it is absent.
 fn measured(file: &str) -> Option<PathBuf> {
@@ -153,6 +153,19 @@ fn one_measured_plate_leaves_an_exact_null() {
     );
 }
 
+/// The first displacement in m at which the measured shear stress of a compaction reaches a stress in Pa.
+fn reaches(method: &str, stress: f64) -> f64 {
+    let path = measured("cullinan_bevameter/shear.csv").unwrap();
+    let csv = Csv::parse(&fs::read_to_string(path).unwrap());
+    let (of, j, tau) = (
+        csv.text("Method"),
+        csv.full("Displacement"),
+        csv.full("shear_stress"),
+    );
+    let at = (0..j.len()).find(|&k| of[k] == method && tau[k] * 1e3 >= stress);
+    j[at.unwrap()] / 1e3
+}
+
 /// Shear at one normal stress: the strength lies where the data set's own summary has it, c and φ stay together.
 #[test]
 fn measured_shear_tests() {
@@ -168,6 +181,17 @@ fn measured_shear_tests() {
         let test = &list(&soil["tests"])[0];
         let peak = number(&test["peak_stress_Pa"]);
         assert!((52e3..=66e3).contains(&peak), "{peak}");
+        // The law's strength is near the peak, and K is where the measured stress first reaches 1 - 1/e of it: read off the
+        // curve, and within half as much again where the curve is no exponential.
+        let strength = value(soil, "janosi-hanamoto", "shear_strength");
+        assert!(
+            (0.8..1.02).contains(&(strength / peak)),
+            "{strength} {peak}"
+        );
+        let modulus = value(soil, "janosi-hanamoto", "shear_modulus");
+        let read_off = reaches(text(&soil["soil"]), (1.0 - (-1.0_f64).exp()) * strength);
+        let ratio = modulus / read_off;
+        assert!((1.0 / 1.5..1.5).contains(&ratio), "{modulus} {read_off}");
         let said = text(&list(&soil["undetermined"])[0]);
         assert!(
             said.starts_with("cohesion, friction_angle only through"),
