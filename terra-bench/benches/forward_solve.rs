@@ -6,8 +6,8 @@ use std::hint::black_box;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use terra_bench::many::{Columns, Lookup};
-use terra_bench::wheel::{BRAKING, Case, DRIVING, cases};
-use terra_model::Precision;
+use terra_bench::wheel::{BRAKING, Case, DRIVING, RADIUS, WIDTH, cases};
+use terra_model::{Contact, ForceLaw, Law, Precision, Registry, catalogue};
 
 fn all_forces(cases: &[Case]) {
     for case in cases {
@@ -84,5 +84,32 @@ fn by_contact(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, forward_solve, in_bulk, by_contact);
+/// Every model on sand or else a soil of its own, driven and braked.
+fn by_model(c: &mut Criterion) {
+    let mut group = c.benchmark_group("forward_solve/by_model");
+    let registry = Registry::builtin();
+    let sand = catalogue::find("dry_sand").unwrap();
+    for model in registry.models().iter().chain(registry.named_models()) {
+        let law = Law::new(model.clone(), vec![]).unwrap();
+        let of_its_own = || model.typical_parameters().into_iter().next();
+        let p = sand.parameters(&**model).ok().or_else(of_its_own).unwrap();
+        for (name, slip) in [("driving", 0.2), ("braking", -0.2)] {
+            let at = Contact::new(slip, 100.0, RADIUS, WIDTH);
+            // Brixius' equations are for driven wheels.
+            if law.forces(&p, &at).is_err() {
+                continue;
+            }
+            group.bench_function(format!("{}/{name}", model.name()), |b| {
+                b.iter(|| {
+                    black_box(&law)
+                        .forces(black_box(&p), black_box(&at))
+                        .unwrap()
+                })
+            });
+        }
+    }
+    group.finish();
+}
+
+criterion_group!(benches, forward_solve, in_bulk, by_contact, by_model);
 criterion_main!(benches);
