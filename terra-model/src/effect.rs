@@ -69,6 +69,8 @@ pub trait Effect: Default + Send + Sync + 'static {
     const SUMMARY: &'static str;
     /// The magnitudes; the first is *the* magnitude.
     const PARAMS: &'static [Param];
+    /// What is put in place of what, in the field's symbols; empty where it is left unsaid.
+    const EQUATION: &'static str = "";
     /// Where the equation comes from.
     const REFERENCE: &'static str;
     /// Hooks the model must honour.
@@ -189,6 +191,8 @@ pub trait AnyEffect: EffectAt<f64> + EffectAt<Dual8> + EffectAt<Dual16> + Effect
     fn summary(&self) -> &'static str;
     /// Magnitudes.
     fn params(&self) -> &[Param];
+    /// The equation; may be empty.
+    fn equation(&self) -> &'static str;
     /// Source.
     fn reference(&self) -> &'static str;
     /// Hooks the model must honour.
@@ -217,6 +221,9 @@ impl<E: Effect> AnyEffect for E {
     }
     fn params(&self) -> &[Param] {
         E::PARAMS
+    }
+    fn equation(&self) -> &'static str {
+        E::EQUATION
     }
     fn reference(&self) -> &'static str {
         E::REFERENCE

@@ -155,7 +155,7 @@ pub(crate) fn effects_json(registry: &Registry) -> Value {
             .iter()
             .map(|(e, tried)| json!({
                 "name": e.name(), "form": e.form(), "in_diagnosis": tried,
-                "summary": e.summary(), "reference": e.reference(),
+                "summary": e.summary(), "equation": e.equation(), "reference": e.reference(),
                 "scope": match e.scope() {
                     terra_model::Scope::Any => "any",
                     terra_model::Scope::Drive => "drive",

@@ -90,6 +90,22 @@ fn effects_index(effects: &[(Arc<dyn AnyEffect>, bool)], names: &[&str]) -> Page
     }
 }
 
+/// Text in lines of at most 100 characters, broken at spaces.
+fn lines(text: &str) -> String {
+    let mut out = String::new();
+    let mut length = 0;
+    for word in text.split(' ') {
+        let more = word.chars().count() + 1;
+        if length > 0 {
+            out.push(if length + more > 100 { '\n' } else { ' ' });
+            length = if length + more > 100 { 0 } else { length };
+        }
+        out.push_str(word);
+        length += more;
+    }
+    out
+}
+
 /// A cell of a table: bars end cells.
 fn cell(text: &str) -> String {
     text.replace('|', "\\|")
@@ -227,15 +243,16 @@ fn effect_page(
             }
         }
         let diagnosed = if *tried {
-            "tried by a diagnosis"
+            "tried by a diagnosis".to_owned()
         } else {
-            "for programs that ask for it"
+            format!("asked for as `{name}/{}`", e.form())
         };
         let _ = write!(
             text,
-            "\n## Form `{}`\n\n{}; {diagnosed}.\n\n{}\n**Source.** {}\n",
+            "\n## Form `{}`\n\n{}; {diagnosed}.\n\n```text\n{}\n```\n\n{}\n**Source.** {}\n",
             e.form(),
             capital(e.summary()),
+            lines(e.equation()),
             parameters(e.params()),
             sentence(e.reference())
         );

@@ -291,6 +291,9 @@ impl AnyEffect for FreeForm {
     fn params(&self) -> &[Param] {
         &self.params
     }
+    fn equation(&self) -> &'static str {
+        ""
+    }
     fn reference(&self) -> &'static str {
         self.inner.reference()
     }

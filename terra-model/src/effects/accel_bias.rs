@@ -19,6 +19,7 @@ impl Effect for AccelBias {
     const NAME: &'static str = "accel-bias";
     const SUMMARY: &'static str = "the accelerometer has an offset";
     const PARAMS: &'static [Param] = &[Param::magnitude("m/s²", EITHER_SIGN, 0.15, "offset")];
+    const EQUATION: &'static str = "a_reported = a + e";
     const REFERENCE: &'static str = "P. D. Groves, Principles of GNSS, Inertial, and Multisensor Integrated Navigation Systems, 2013 (accelerometer bias); chosen prior";
     const TOUCHES: &'static [Touch] = &[Touch::Sensor];
     const SCOPE: Scope = Scope::Drive;

@@ -26,6 +26,8 @@ impl Effect for Bulldozing {
         1.0,
         "share of the passive earth pressure of the sinkage depth",
     )];
+    const EQUATION: &'static str =
+        "D -> D - e Fb, Fb = b (γ z² Np/2 + 2 c z sqrt(Np)), Np = tan²(45° + φ/2), γ = 15 kN/m³";
     const REFERENCE: &'static str = "M. G. Bekker, Introduction to Terrain-Vehicle Systems, 1969; passive earth pressure (Rankine)";
     const NEEDS_SOIL: &'static [&'static str] = &["cohesion", "friction_angle"];
     const TOUCHES: &'static [Touch] = &[Touch::Forces];

@@ -24,6 +24,8 @@ impl Effect for CgOffset {
         0.08,
         "offset over wheelbase, forward positive",
     )];
+    const EQUATION: &'static str =
+        "front axle load m g (1/2 + e), centre of mass e L further forward";
     const REFERENCE: &'static str = "J. Y. Wong, Theory of Ground Vehicles (axle loads from the place of the centre of gravity); chosen prior";
     const TOUCHES: &'static [Touch] = &[Touch::Vehicle];
     const SCOPE: Scope = Scope::Drive;

@@ -18,6 +18,7 @@ impl Effect for DrawbarBias {
     const NAME: &'static str = "drawbar-bias";
     const SUMMARY: &'static str = "the load cell of the drawbar has an offset";
     const PARAMS: &'static [Param] = &[Param::magnitude("N", EITHER_SIGN, 2.0, "offset")];
+    const EQUATION: &'static str = "D_reported = D + e";
     const REFERENCE: &'static str = "definition (instrumental bias, JCGM 200:2012); chosen prior";
     const TOUCHES: &'static [Touch] = &[Touch::Sensor];
     const SCOPE: Scope = Scope::Rig;

@@ -23,6 +23,7 @@ impl Effect for DrawbarGain {
         0.05,
         "relative error of the load cell",
     )];
+    const EQUATION: &'static str = "D_reported = (1 + e) D";
     const REFERENCE: &'static str =
         "definition (sensitivity of a measuring system, JCGM 200:2012); chosen prior";
     const TOUCHES: &'static [Touch] = &[Touch::Sensor];

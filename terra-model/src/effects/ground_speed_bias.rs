@@ -18,6 +18,7 @@ impl Effect for GroundSpeedBias {
     const NAME: &'static str = "ground-speed-bias";
     const SUMMARY: &'static str = "the logged ground speed has an offset";
     const PARAMS: &'static [Param] = &[Param::magnitude("m/s", EITHER_SIGN, 0.05, "offset")];
+    const EQUATION: &'static str = "v_reported = v + e";
     const REFERENCE: &'static str = "definition (instrumental bias, JCGM 200:2012); chosen prior";
     const TOUCHES: &'static [Touch] = &[Touch::Sensor];
     const SCOPE: Scope = Scope::Drive;

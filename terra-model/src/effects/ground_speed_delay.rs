@@ -19,6 +19,7 @@ impl Effect for GroundSpeedDelay {
     const NAME: &'static str = "ground-speed-delay";
     const SUMMARY: &'static str = "the logged ground speed is late";
     const PARAMS: &'static [Param] = &[Param::magnitude("s", [0.0, 2.0], 0.1, "delay")];
+    const EQUATION: &'static str = "v_reported(t) = v(t - e), to first order v - e dv/dt";
     const REFERENCE: &'static str = "I. Skog, P. Händel, IEEE Trans. Intelligent Transportation Systems 12(4):1014-1023, 2011 (time offset of a speed reference); chosen prior";
     const TOUCHES: &'static [Touch] = &[Touch::Sensor];
     const SCOPE: Scope = Scope::Drive;

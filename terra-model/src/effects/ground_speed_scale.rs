@@ -23,6 +23,7 @@ impl Effect for GroundSpeedScale {
         0.05,
         "relative error of the speed",
     )];
+    const EQUATION: &'static str = "v_reported = (1 + e) v";
     const REFERENCE: &'static str =
         "definition (sensitivity of a measuring system, JCGM 200:2012); chosen prior";
     const TOUCHES: &'static [Touch] = &[Touch::Sensor];

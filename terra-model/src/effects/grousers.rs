@@ -25,6 +25,8 @@ impl Effect for Grousers {
         0.015,
         "effective lug height",
     )];
+    const EQUATION: &'static str =
+        "R -> R + e in the shear displacement and in the arm of the shear torque";
     const REFERENCE: &'static str =
         "L. Ding et al., J. Terramechanics 48(1):27-45, 2011; chosen form and prior";
     const NEEDS: &'static [Hook] = &[Hook::LugHeight];

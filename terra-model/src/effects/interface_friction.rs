@@ -25,6 +25,7 @@ impl Effect for InterfaceFriction {
         0.3,
         "strength lost at the interface",
     )];
+    const EQUATION: &'static str = "c -> (1 - e) c, tan φ -> (1 - e) tan φ in the shear stress";
     const REFERENCE: &'static str =
         "J. G. Potyondy, Géotechnique 11(4), 1961; chosen form and prior";
     const NEEDS: &'static [Hook] = &[Hook::Cohesion, Hook::Friction];

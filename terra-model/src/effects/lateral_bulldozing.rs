@@ -29,6 +29,7 @@ impl Effect for LateralBulldozing {
         1.5,
         "share of the passive earth pressure on .12 wheelbases of flank",
     )];
+    const EQUATION: &'static str = "side force against the sideways motion of .12 e L (Fb/b) min(1, tan |β| / .1), Fb/b = γ z² Np/2 + 2 c z sqrt(Np), Np = tan²(45° + φ/2), γ = 15 kN/m³";
     const REFERENCE: &'static str = "Rankine passive pressure; G. Ishigami et al., J. Field Robotics 24(3), 2007; chosen form and prior";
     const NEEDS_SOIL: &'static [&'static str] = &["cohesion", "friction_angle"];
     const TOUCHES: &'static [Touch] = &[Touch::Forces];

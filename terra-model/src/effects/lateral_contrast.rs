@@ -25,6 +25,7 @@ impl Effect for LateralContrast {
         0.5,
         "log ratio of right to left stiffness",
     )];
+    const EQUATION: &'static str = "k e^(±e/2), + on the right";
     const REFERENCE: &'static str = "K. K. Phoon, F. H. Kulhawy, Can. Geotech. J. 36(4):612-624, 1999 (soil differs over metres); chosen form and prior";
     const NEEDS: &'static [Hook] = &[Hook::Stiffness];
     const TOUCHES: &'static [Touch] = &[Touch::Contact];

@@ -28,6 +28,8 @@ impl Effect for LayeredSoil {
         2.0,
         "stiffness of the layer over the secant stiffness of the soil above it",
     )];
+    const EQUATION: &'static str =
+        "σ -> σ + k_h (z - z_h) below z_h, k_h = e k z_h^(n - 1), z_h = 30 mm";
     const REFERENCE: &'static str =
         "J. Y. Wong, Theory of Ground Vehicles (layered terrain); chosen form and prior";
     const NEEDS: &'static [Hook] = &[Hook::Layer];

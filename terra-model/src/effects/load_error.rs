@@ -25,6 +25,7 @@ impl Effect for LoadError {
         0.1,
         "relative error of the load",
     )];
+    const EQUATION: &'static str = "W_true = (1 + e) W_reported";
     const REFERENCE: &'static str =
         "definition (sensitivity of a measuring system, JCGM 200:2012); chosen prior";
     const TOUCHES: &'static [Touch] = &[Touch::Contact];

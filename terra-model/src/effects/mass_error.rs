@@ -24,6 +24,7 @@ impl Effect for MassError {
         0.12,
         "relative error of the mass",
     )];
+    const EQUATION: &'static str = "m -> m (1 + e)";
     const REFERENCE: &'static str =
         "definition (mass in Newton's second law and in the axle loads); chosen prior";
     const TOUCHES: &'static [Touch] = &[Touch::Vehicle];

@@ -25,6 +25,8 @@ impl Effect for Multipass {
         0.8,
         "relative stiffening after many passes",
     )];
+    const EQUATION: &'static str =
+        "M = e (1 - exp(-passes)): k (1 + M), K/(1 + .5 M), c (1 + .3 M)";
     const REFERENCE: &'static str =
         "S. Senatore, C. Sandu, J. Terramechanics 48(4):265-276, 2011; chosen form and prior";
     const NEEDS: &'static [Hook] = &[Hook::Stiffness, Hook::ShearModulus, Hook::Cohesion];

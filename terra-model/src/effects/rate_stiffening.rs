@@ -25,6 +25,7 @@ impl Effect for RateStiffening {
         0.35,
         "exponent of speed",
     )];
+    const EQUATION: &'static str = "k -> k (|v| / 1 m/s)^e, |v| >= .05 m/s";
     const REFERENCE: &'static str =
         "W. Grahn, J. Terramechanics 28(4), 1991; chosen form and prior";
     const NEEDS: &'static [Hook] = &[Hook::Stiffness];

@@ -25,6 +25,7 @@ impl Effect for RearContact {
         0.35,
         "exit angle over entry angle",
     )];
+    const EQUATION: &'static str = "θ2 = -e θ1";
     const REFERENCE: &'static str = "J. Y. Wong, Theory of Ground Vehicles; chosen form and prior";
     const NEEDS: &'static [Hook] = &[Hook::ExitRatio];
     const TOUCHES: &'static [Touch] = &[Touch::Contact];

@@ -25,6 +25,7 @@ impl Effect for ShearHump {
         0.35,
         "height of the peak over the plateau",
     )];
+    const EQUATION: &'static str = "E -> E (1 + e (j/K) e^(1 - j/K))";
     const REFERENCE: &'static str =
         "J. Y. Wong, J. Preston-Thomas, J. Terramechanics 19(4), 1983; chosen form and prior";
     const NEEDS: &'static [Hook] = &[Hook::ShearHump];

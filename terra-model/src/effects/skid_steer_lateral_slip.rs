@@ -26,6 +26,7 @@ impl Effect for SkidSteerLateralSlip {
         0.5,
         "share of the geometric slip angle that shears the soil",
     )];
+    const EQUATION: &'static str = "j_y = R (1 - i)(θ1 - θ) tan β_e, tan β_e = e tan β, τ along (j_x, j_y) with |j| = hypot(j_x, j_y) in E; on a vehicle tan |β| = L |r|/(2 |v|)";
     const REFERENCE: &'static str = "G. Ishigami, A. Miwa, K. Nagatani, K. Yoshida, J. Field Robotics 24(3):233-250, 2007; chosen form and prior";
     const NEEDS: &'static [Hook] = &[Hook::LateralSlip];
     const TOUCHES: &'static [Touch] = &[Touch::Contact];

@@ -26,6 +26,7 @@ impl Effect for SlipSinkage {
         0.4,
         "growth of the sinkage exponent with slip",
     )];
+    const EQUATION: &'static str = "n -> n + e |s|";
     const REFERENCE: &'static str =
         "L. Ding et al., J. Field Robotics 28(6), 2011: n = n0 + n1 s (formula recalled)";
     const NEEDS: &'static [Hook] = &[Hook::SinkageExponent];

@@ -24,6 +24,8 @@ impl Effect for Slope {
         0.0349,
         "inclination, nose-up positive",
     )];
+    const EQUATION: &'static str =
+        "dv/dt - g sin e, loads by cos e; the accelerometer reads specific force";
     const REFERENCE: &'static str =
         "J. Y. Wong, Theory of Ground Vehicles (grade resistance); chosen prior";
     const TOUCHES: &'static [Touch] = &[Touch::Vehicle];

@@ -25,6 +25,7 @@ impl Effect for TerrainDrift {
         0.4,
         "relative change over 8 m",
     )];
+    const EQUATION: &'static str = "k e^(e x / 8 m), c e^(e x / 16 m)";
     const REFERENCE: &'static str = "K. K. Phoon, F. H. Kulhawy, Can. Geotech. J. 36(4):612-624, 1999 (trend of a soil over distance); chosen form and prior";
     const NEEDS: &'static [Hook] = &[Hook::Stiffness, Hook::Cohesion];
     const TOUCHES: &'static [Touch] = &[Touch::Contact];

@@ -24,6 +24,7 @@ impl Effect for TorqueDroop {
         0.25,
         "relative error at 60 N m",
     )];
+    const EQUATION: &'static str = "T_reported = T_true (1 + e (T / 60 N m)²)";
     const REFERENCE: &'static str = "A. E. Fitzgerald, C. Kingsley, S. D. Umans, Electric Machinery (saturation lowers the torque a current gives); chosen form and prior";
     const TOUCHES: &'static [Touch] = &[Touch::Sensor];
     const SCOPE: Scope = Scope::Drive;

@@ -23,6 +23,7 @@ impl Effect for TorqueScale {
         0.12,
         "relative error of the torque constant or efficiency",
     )];
+    const EQUATION: &'static str = "T_true = (1 + e) T_reported";
     const REFERENCE: &'static str =
         "definition (sensitivity of a measuring system, JCGM 200:2012); chosen prior";
     const TOUCHES: &'static [Touch] = &[Touch::Sensor];

@@ -25,6 +25,7 @@ impl Effect for TrackWidthError {
         0.05,
         "relative error of the track",
     )];
+    const EQUATION: &'static str = "t_w -> t_w (1 + e)";
     const REFERENCE: &'static str = "J. Borenstein, L. Feng, IEEE Trans. Robotics and Automation 12(6):869-880, 1996 (uncertain effective wheelbase); chosen prior";
     const TOUCHES: &'static [Touch] = &[Touch::Vehicle];
     const SCOPE: Scope = Scope::Drive;

@@ -25,6 +25,7 @@ impl Effect for WheelCompliance {
         0.3,
         "relative growth of the contact radius",
     )];
+    const EQUATION: &'static str = "contact radius R (1 + e), torque arm R";
     const REFERENCE: &'static str =
         "M. G. Bekker, Theory of Land Locomotion, 1956; chosen form and prior";
     const NEEDS: &'static [Hook] = &[Hook::ContactRadius];

@@ -26,6 +26,7 @@ impl Effect for WheelRadiusError {
         0.04,
         "relative error of the radius",
     )];
+    const EQUATION: &'static str = "R -> R (1 + e), in the contact and in the slip";
     const REFERENCE: &'static str = "J. Borenstein, L. Feng, IEEE Trans. Robotics and Automation 12(6):869-880, 1996 (uncertain wheel diameters); chosen prior";
     const TOUCHES: &'static [Touch] = &[Touch::Contact];
     const REGIME: &'static str = "slip offset at low slip; torque over pull";

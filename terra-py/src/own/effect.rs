@@ -239,6 +239,9 @@ impl AnyEffect for PythonEffect {
     fn params(&self) -> &[Param] {
         self.params
     }
+    fn equation(&self) -> &'static str {
+        ""
+    }
     fn reference(&self) -> &'static str {
         self.reference
     }

@@ -31,6 +31,7 @@ impl Effect for BearingCapacity {
         0.5,
         "share of the bearing resistance ahead",
     )];
+    const EQUATION: &'static str = "D - e b (.67 c z K_c + .5 γ z² K_γ), K_c = (N_c - tan φ) cos² φ, K_γ = (2 N_γ/tan φ + 1) cos² φ, N_q = e^((3π/2 - φ) tan φ)/(2 cos²(45° + φ/2)), N_c = (N_q - 1)/tan φ, N_γ = 2 (N_q + 1) tan φ/(1 + .4 sin 4φ), γ = 15 kN/m³";
     const REFERENCE: &'static str = "M. G. Bekker, Introduction to Terrain-Vehicle Systems, 1969, with Terzaghi's factors as in Wong, Theory of Ground Vehicles (recalled)";
     const NEEDS_SOIL: &'static [&'static str] = &["cohesion", "friction_angle"];
     const TOUCHES: &'static [Touch] = &[Touch::Forces];
@@ -86,6 +87,8 @@ impl Effect for RubbingPile {
         1.0,
         "share of the passive earth pressure that resists",
     )];
+    const EQUATION: &'static str =
+        "D - e Fb, T + e Fb R tan φ tanh(10 s), Fb = b (γ z² N_p/2 + 2 c z sqrt(N_p))";
     const REFERENCE: &'static str = "Coulomb friction of a passive wedge on the rim; chosen form";
     const NEEDS_SOIL: &'static [&'static str] = &["cohesion", "friction_angle"];
     const TOUCHES: &'static [Touch] = &[Touch::Forces];

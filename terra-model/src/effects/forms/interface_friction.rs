@@ -27,6 +27,7 @@ impl Effect for Adhesion {
         0.3,
         "share of cohesion lost at the interface",
     )];
+    const EQUATION: &'static str = "c -> (1 - e) c in the shear stress";
     const REFERENCE: &'static str =
         "J. G. Potyondy, Géotechnique 11(4):339-353, 1961: f_c = c_a/c; chosen prior";
     const NEEDS: &'static [Hook] = &[Hook::Cohesion];
@@ -58,6 +59,7 @@ impl Effect for SkinAngle {
         0.3,
         "share of the angle of friction lost at the interface",
     )];
+    const EQUATION: &'static str = "tan φ -> tan((1 - e) φ) in the shear stress";
     const REFERENCE: &'static str =
         "J. G. Potyondy, Géotechnique 11(4):339-353, 1961: f_φ = δ/φ; chosen prior";
     const NEEDS: &'static [Hook] = &[Hook::Friction];

@@ -32,6 +32,7 @@ impl Effect for CuttingFlank {
         1.0,
         "share of the bulldozing resistance of the flank",
     )];
+    const EQUATION: &'static str = "side force against the sideways motion of e ∫ R_b dx tanh(10 tan β) over the sunken segment, length 2 sqrt(2 R z), with the mean depth 2 z/3 and mean square depth 8 z²/15 of a parabola: R_b = D1 (c h + D2 γ h²/2), D1 = cot X + tan(X + φ), D2 = cot X + cot² X tan φ, X = 45° - φ/2, γ = 15 kN/m³";
     const REFERENCE: &'static str = "E. Hegedus, ATAC RR-14, 1960, as G. Ishigami et al., J. Field Robotics 24(3), 2007 (as an open code after that paper has it)";
     const NEEDS_SOIL: &'static [&'static str] = &["cohesion", "friction_angle"];
     const TOUCHES: &'static [Touch] = &[Touch::Forces];

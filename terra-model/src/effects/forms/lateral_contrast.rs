@@ -28,6 +28,7 @@ impl Effect for StrengthContrast {
         0.5,
         "log ratio of right to left cohesion",
     )];
+    const EQUATION: &'static str = "c e^(±e/2), tan φ e^(±e/6), + on the right";
     const REFERENCE: &'static str = "chosen form: c varies more over a field than φ, as K. K. Phoon, F. H. Kulhawy, Can. Geotech. J. 36(4):612-624, 1999";
     const NEEDS: &'static [Hook] = &[Hook::Cohesion, Hook::Friction];
     const TOUCHES: &'static [Touch] = &[Touch::Contact];

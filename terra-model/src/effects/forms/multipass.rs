@@ -29,6 +29,8 @@ impl Effect for Rut {
         0.3,
         "share of the work of compaction that a track worn in saves",
     )];
+    const EQUATION: &'static str =
+        "D -> D + e (1 - e^(-passes)) b k z^(n+1)/(n+1), the work of compaction per length";
     const REFERENCE: &'static str = "M. G. Bekker, Introduction to Terrain-Vehicle Systems, 1969 (repetitive loading); chosen form";
     const NEEDS_SOIL: &'static [&'static str] = &["stiffness", "sinkage_exponent"];
     const TOUCHES: &'static [Touch] = &[Touch::Forces];
@@ -70,6 +72,8 @@ impl Effect for PackedStrength {
         0.5,
         "relative gain of cohesion after many passes",
     )];
+    const EQUATION: &'static str =
+        "M = e (1 - e^(-passes)): c (1 + M), tan φ (1 + .3 M), K/(1 + M)";
     const REFERENCE: &'static str = "D. Holm, 3rd Int. Conf. ISTVS, 1969 (repeated passes raise density and strength); chosen form";
     const NEEDS: &'static [Hook] = &[Hook::Cohesion, Hook::Friction, Hook::ShearModulus];
     const TOUCHES: &'static [Touch] = &[Touch::Contact];

@@ -28,6 +28,7 @@ impl Effect for RimSpeed {
         0.35,
         "exponent of speed",
     )];
+    const EQUATION: &'static str = "k (max(|R ω|, |v|)/1 m/s)^e, at least .05 m/s";
     const REFERENCE: &'static str = "W. Grahn, J. Terramechanics 28(4), 1991: p = k z^n (dz/dt)^m; the rim sinks with R ω sin θ";
     const NEEDS: &'static [Hook] = &[Hook::Stiffness];
     const TOUCHES: &'static [Touch] = &[Touch::Contact];
@@ -61,6 +62,7 @@ impl Effect for ShearRate {
         0.15,
         "exponent of the sliding speed",
     )];
+    const EQUATION: &'static str = "c and tan φ times ((v_s + .05 m/s)/(1 m/s))^e, v_s = |R ω - v|";
     const REFERENCE: &'static str = "power law of shear strength on rate (clays: a few percent a decade), as R. N. Yong, E. A. Fattah, N. Skiadas, Vehicle Traction Mechanics, 1984 (recalled)";
     const NEEDS: &'static [Hook] = &[Hook::Cohesion, Hook::Friction];
     const TOUCHES: &'static [Touch] = &[Touch::Contact];

@@ -31,6 +31,7 @@ impl Effect for ElasticUnloading {
         0.3,
         "exit over entry angle at 20 mm",
     )];
+    const EQUATION: &'static str = "θ2 = -e (z_0/20 mm)^((n - 1)/2) θ1, held at .95, z_0 Bekker's sinkage: z_e/z = k z^(n-1)/k_u of an elastic rebound z_e = p/k_u";
     const REFERENCE: &'static str = "J. Y. Wong, Theory of Ground Vehicles (unloading and reloading); M. G. Bekker, 1969, for z_0";
     const NEEDS: &'static [Hook] = &[Hook::ExitRatio];
     const NEEDS_SOIL: &'static [&'static str] = &["stiffness", "sinkage_exponent"];
@@ -67,6 +68,7 @@ impl Effect for EnergyReturn {
         0.3,
         "share of the compaction work given back",
     )];
+    const EQUATION: &'static str = "D -> D + e b k z^(n+1)/(n+1), z -> z (1 - e/2): what stays behind of a rut that springs back";
     const REFERENCE: &'static str = "energy balance of an elastic part e of the compaction work, as J. Y. Wong, Theory of Ground Vehicles; chosen form";
     const NEEDS_SOIL: &'static [&'static str] = &["stiffness", "sinkage_exponent"];
     const TOUCHES: &'static [Touch] = &[Touch::Forces];

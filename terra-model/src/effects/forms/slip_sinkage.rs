@@ -29,6 +29,7 @@ impl Effect for Excavation {
         0.01,
         "depth dug at half slip",
     )];
+    const EQUATION: &'static str = "z -> z + z_j, z_j = e |s|/(1 - |s|) with |s| held at .9, D -> D - b k ((z + z_j)^(n+1) - z^(n+1))/(n+1)";
     const REFERENCE: &'static str = "A. R. Reece, Proc. Inst. Mech. Eng. 180(2):45-66, 1965: slip sinkage of lugs h i/(1 - i); the resistance is Bekker's, 1969";
     const NEEDS_SOIL: &'static [&'static str] = &["stiffness", "sinkage_exponent"];
     const TOUCHES: &'static [Touch] = &[Touch::Forces];
@@ -66,6 +67,7 @@ impl Effect for Proportional {
         0.5,
         "share of the growth (1 + s)/(1 - s/2)",
     )];
+    const EQUATION: &'static str = "z -> z (1 + e (f - 1)), f = (1 + |s|)/(1 - |s|/2), D -> D - b k (z'^(n+1) - z^(n+1))/(n+1)";
     const REFERENCE: &'static str = "M. Lyasko, J. Terramechanics 47(1):21-31, 2010 (recalled): (1 + i)/(1 - .5 i); the resistance is Bekker's, 1969";
     const NEEDS_SOIL: &'static [&'static str] = &["stiffness", "sinkage_exponent"];
     const TOUCHES: &'static [Touch] = &[Touch::Forces];

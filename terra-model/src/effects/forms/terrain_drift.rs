@@ -29,6 +29,7 @@ impl Effect for StrengthDrift {
         0.4,
         "relative change of cohesion over 8 m",
     )];
+    const EQUATION: &'static str = "c e^(e x/8 m), tan φ e^(e x/24 m)";
     const REFERENCE: &'static str = "chosen form: c varies more over a field than φ, as K. K. Phoon, F. H. Kulhawy, Can. Geotech. J. 36(4):612-624, 1999";
     const NEEDS: &'static [Hook] = &[Hook::Cohesion, Hook::Friction];
     const TOUCHES: &'static [Touch] = &[Touch::Contact];
@@ -61,6 +62,7 @@ impl Effect for Undulating {
         0.4,
         "relative change of stiffness from mean to crest",
     )];
+    const EQUATION: &'static str = "k e^(e sin(2π x/8 m)), c e^(e sin(2π x/8 m)/2)";
     const REFERENCE: &'static str = "chosen form: stiffness with a scale of fluctuation of metres, as K. K. Phoon, F. H. Kulhawy, Can. Geotech. J. 36(4):612-624, 1999";
     const NEEDS: &'static [Hook] = &[Hook::Stiffness, Hook::Cohesion];
     const TOUCHES: &'static [Touch] = &[Touch::Contact];

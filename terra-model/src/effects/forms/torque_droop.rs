@@ -25,6 +25,7 @@ impl Effect for Hyperbola {
         0.5,
         "relative error far above 60 N m, a torque of 60 N m at a time",
     )];
+    const EQUATION: &'static str = "T_reported = T_true (1 + e (sqrt(1 + (T/60 N m)²) - 1))";
     const REFERENCE: &'static str =
         "hyperbolic magnetisation curve of a saturating motor; chosen form";
     const TOUCHES: &'static [Touch] = &[Touch::Sensor];
@@ -59,6 +60,8 @@ impl Effect for Knee {
         0.5,
         "relative error at 60 N m, times two",
     )];
+    const EQUATION: &'static str =
+        "T_reported = T_true (1 + e x²/(1 + x)), x = (|T| - 10 N m)/50 N m above the knee, 0 below";
     const REFERENCE: &'static str = "knee of the magnetisation curve of a motor; chosen form";
     const TOUCHES: &'static [Touch] = &[Touch::Sensor];
 

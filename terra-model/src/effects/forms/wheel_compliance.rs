@@ -29,6 +29,7 @@ impl Effect for SubstituteCircle {
         0.15,
         "root of deflection over 20 mm",
     )];
+    const EQUATION: &'static str = "contact radius R (sqrt(1 + x²) + x)², x² = f/z: x = e sqrt(20 mm/z_0), z_0 Bekker's sinkage";
     const REFERENCE: &'static str =
         "I. C. Schmid, J. Terramechanics 32(1):3-26, 1995: the larger substitute circle (recalled)";
     const NEEDS: &'static [Hook] = &[Hook::ContactRadius];
