@@ -30,8 +30,9 @@ pub struct DriveRun {
     pub truth: DriveTruth,
 }
 
-/// Rows of one drive before it is refused: a guard against a slip of the pen in a duration or a rate.
-const MAX_ROWS: f64 = 5e7;
+/// Rows of one drive before it is refused, eleven days at 10 Hz: a guard against a slip of the pen in a duration or a rate.
+/// A drive is in memory as a whole, about 500 bytes a row.
+const MAX_ROWS: f64 = 1e7;
 /// Duration of one drive \[s\] before it is refused, eleven days: few rows may take as many steps.
 const MAX_DURATION: f64 = 1e6;
 
@@ -246,7 +247,7 @@ fn check(scenario: &Scenario, rover: &Rover) -> Result<(), SimError> {
         return value(
             "rows of the log",
             total,
-            "at most 5e7: check duration_s and rate_hz",
+            "at most 1e7: check duration_s and rate_hz",
         );
     }
     if !(rover.wheel.inertia > 0.0 && rover.wheel.inertia.is_finite()) {
