@@ -3,11 +3,20 @@
 use std::sync::Arc;
 
 use terra_data::Rover;
-use terra_model::{AnyEffect, Law, Registry, Scope};
+use terra_model::{AnyEffect, Law, Registry, Scope, Touch};
 
 use crate::dataset::DataSet;
 use crate::error::GapError;
 use crate::settings::{LogKind, Settings};
+
+/// True where the formula of an effect is a definition (a sensor, a measure, the drivetrain) and none of the ground's, of
+/// which every formula is somebody's choice.
+pub fn is_instrument(effect: &dyn AnyEffect) -> bool {
+    let touches = effect.touches();
+    let of_the_ground = touches.contains(&Touch::Forces)
+        || (touches.contains(&Touch::Contact) && !effect.needs().is_empty());
+    !of_the_ground
+}
 
 /// Effects to weigh, and those that were not asked with the reason.
 #[derive(Clone, Default)]

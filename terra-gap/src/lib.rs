@@ -58,6 +58,7 @@ mod watch;
 mod weigh;
 
 pub use calibration::{Calibration, Case, Evidence};
+pub use candidates::is_instrument;
 pub use cause::{Cause, CauseKind};
 pub use closing::{closing_drive, closing_rig};
 pub use contrast::Baseline;

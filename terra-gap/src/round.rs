@@ -177,6 +177,7 @@ impl Round {
                 &asked,
                 &round.plain,
                 setup.kind,
+                setup.inherited.is_some(),
                 before,
                 &mut anew,
             );

@@ -1,7 +1,9 @@
 //! Against an outside simulator whose wheel law the nominal simulator does not have.
 
 use terra::data::RigLog;
-use terra::gap::{Diagnosis, Settings, diagnose_rig, diagnose_rig_against};
+use terra::gap::{
+    CauseKind, Diagnosis, Settings, diagnose_rig, diagnose_rig_against, is_instrument,
+};
 use terra::model::Registry;
 use terra::sim::{Scenario, simulate_rig};
 
@@ -66,5 +68,17 @@ fn an_instrument_is_named_against_a_foreign_wheel_law() {
             d.reason
         );
         assert!(!d.set.iter().any(|s| s == "none"), "{name}: {:?}", d.set);
+    }
+}
+
+/// A second formula of the ground would only mend the foreign wheel law: what does not share it is one cause, and no two.
+#[test]
+fn an_effect_of_the_ground_needs_no_second_one_against_a_foreign_wheel_law() {
+    let d = against("[[effect]]\nname = \"slip-sinkage\"\nmagnitude = 0.8\n", 3);
+    assert_eq!(d.causes[0].name, "slip-sinkage", "{:?}", d.set);
+    let registry = Registry::builtin();
+    let of_the_ground = |name: &str| !is_instrument(&*registry.effect(name).unwrap());
+    for cause in d.causes.iter().filter(|c| c.kind == CauseKind::Combination) {
+        assert!(!cause.name.split('+').any(of_the_ground), "{}", cause.name);
     }
 }

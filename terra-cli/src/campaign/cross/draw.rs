@@ -1,7 +1,7 @@
 //! The cases: structure, soil, cause and magnitude, each by the case's own stream.
 
 use terra_data::{RigLog, Rover, Start};
-use terra_model::Touch;
+use terra_gap::is_instrument;
 use terra_sim::{EffectSetting, Scenario, simulate_rig};
 
 use super::{STRUCTURES, Truth};
@@ -194,9 +194,5 @@ impl Programme {
 fn is_physical(library: &Library, known: &Known) -> bool {
     let mut all = library.registry().effects().iter();
     all.find(|e| e.name() == known.name && e.form() == known.form)
-        .is_some_and(|e| {
-            let touches = e.touches();
-            touches.contains(&Touch::Forces)
-                || (touches.contains(&Touch::Contact) && !e.needs().is_empty())
-        })
+        .is_some_and(|e| !is_instrument(&**e))
 }
