@@ -54,6 +54,8 @@ pub trait TerrainModel: Default + Send + Sync + 'static {
     const SUMMARY: &'static str;
     /// Its parameters, in the order `wheel_forces` takes them.
     const PARAMS: &'static [Param];
+    /// The equations in the field's symbols, in lines; empty where they are left unsaid.
+    const EQUATION: &'static str = "";
     /// Where the equations come from.
     const REFERENCE: &'static str;
     /// The hooks of [`Contact`] this model honours.
@@ -147,6 +149,8 @@ pub trait AnyModel: ModelAt<f64> + ModelAt<Dual8> + ModelAt<Dual16> + ModelAt<La
     fn summary(&self) -> &'static str;
     /// Parameters.
     fn params(&self) -> &'static [Param];
+    /// The equations; may be empty.
+    fn equation(&self) -> &'static str;
     /// Source.
     fn reference(&self) -> &'static str;
     /// Hooks it honours.
@@ -186,6 +190,9 @@ impl<M: TerrainModel> AnyModel for M {
     }
     fn params(&self) -> &'static [Param] {
         M::PARAMS
+    }
+    fn equation(&self) -> &'static str {
+        M::EQUATION
     }
     fn reference(&self) -> &'static str {
         M::REFERENCE

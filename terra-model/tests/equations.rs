@@ -7,7 +7,7 @@ use std::path::Path;
 
 use terra_model::Registry;
 
-/// The paragraphs under `# Equation` of every file in a folder, each as one line.
+/// What stands under `# Equation` in every file of a folder, up to the next heading, each as one line.
 fn documented(folder: &Path, found: &mut Vec<String>) {
     for entry in fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
@@ -26,10 +26,35 @@ fn documented(folder: &Path, found: &mut Vec<String>) {
             if comment(line).as_deref() == Some("# Equation") {
                 let paragraph: Vec<String> = lines
                     .by_ref()
-                    .map_while(|l| comment(l).filter(|t| !t.is_empty()))
+                    .map_while(|l| comment(l).filter(|t| !t.starts_with("# ")))
+                    .filter(|t| !t.is_empty())
                     .collect();
                 found.push(paragraph.join(" ").replace("\\[", "[").replace("\\]", "]"));
             }
+        }
+    }
+}
+
+/// As documented, however it is broken into lines.
+fn in_one_line(text: &str) -> String {
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+#[test]
+fn every_model_gives_the_equations_of_its_documentation() {
+    let mut found = vec![];
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/models");
+    documented(&folder, &mut found);
+    let registry = Registry::builtin();
+    for model in registry.models().iter().chain(registry.named_models()) {
+        for paragraph in model.equation().split("\n\n") {
+            // A list is several lines of one paragraph.
+            let said = in_one_line(paragraph);
+            assert!(
+                !said.is_empty() && found.iter().any(|f| in_one_line(f).contains(&said)),
+                "{}: '{said}' is no documented equation",
+                model.name()
+            );
         }
     }
 }

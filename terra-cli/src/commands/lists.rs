@@ -47,7 +47,7 @@ pub(crate) fn models_json(registry: &Registry) -> Value {
     json!(
         named_models(registry)
             .map(|(m, rival)| json!({
-                "name": m.name(), "summary": m.summary(), "reference": m.reference(), "in_diagnosis": rival,
+                "name": m.name(), "summary": m.summary(), "equation": m.equation(), "reference": m.reference(), "in_diagnosis": rival,
                 "hooks": m.hooks().iter().map(|h| h.name()).collect::<Vec<_>>(),
                 "parameters": m.params().iter().map(param).collect::<Vec<_>>(),
                 "slots": Slots::of(m.name()).map(|s| json!({

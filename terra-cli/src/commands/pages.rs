@@ -145,14 +145,16 @@ fn parameters(params: &[Param]) -> String {
 }
 
 fn laws(title: &str, laws: &[Filling]) -> String {
-    let mut text = format!("\n| {title} law | what it is | source |\n|---|---|---|\n");
+    let mut text =
+        format!("\n| {title} law | what it is | equation | source |\n|---|---|---|---|\n");
     for law in laws {
         let mark = if law.default { " (default)" } else { "" };
         let _ = writeln!(
             text,
-            "| `{}`{mark} | {} | {} |",
+            "| `{}`{mark} | {} | `{}` | {} |",
             law.name,
             cell(law.summary),
+            cell(law.equation),
             cell(law.reference)
         );
     }
@@ -166,7 +168,11 @@ fn model_page(
     names: &[&str],
 ) -> Page {
     let name = model.name();
-    let mut text = format!("# {name}\n\n{}.\n\n", capital(model.summary()));
+    let mut text = format!(
+        "# {name}\n\n{}.\n\n```text\n{}\n```\n\n",
+        capital(model.summary()),
+        model.equation()
+    );
     text.push_str(&parameters(model.params()));
     if let Some(slots) = Slots::of(name) {
         text.push_str(&laws("pressure", &slots.pressure));

@@ -49,6 +49,12 @@ impl TerrainModel for BekkerCompaction {
         bekker::PARAMS[4],
         bekker::PARAMS[5],
     ];
+    const EQUATION: &'static str = "\
+z = [3 W/(b (3 - n) k sqrt(2R))]^(2/(2n + 1)),  Rc = b k z^(n + 1)/(n + 1),  l = sqrt(z (2R - z)),
+H = (b l c + W tan φ) M(i l/K),  M(y) = 1 - (1 - e^(-y))/y,  odd in y for braking,
+D = H - Rc,  T = R H.
+
+For n < 1.3 and wheels above half a metre; the sinkage does not depend on slip.";
     const REFERENCE: &'static str = "M. G. Bekker, Introduction to Terrain-Vehicle Systems, 1969; z and Rc as in Z. Q. Li, L. K. Bingham, NASA white paper (thrust recalled)";
     const HOOKS: &'static [Hook] = &[
         Hook::Stiffness,

@@ -282,6 +282,16 @@ impl TerrainModel for BrakedTwoZone {
     const SUMMARY: &'static str =
         "rigid wheel that, braked or towed, has two zones of shear whose soil flows apart";
     const PARAMS: &'static [Param] = bekker::PARAMS;
+    const EQUATION: &'static str = "\
+Driven (s >= 0) it is the wheel of part I: θm = (c1 + c2 s) θ1, j = R [(θ1 - θ) - (1 - i)(sin θ1 - sin θ)]. Braked (s < 0,
+1 - i = 1/(1 + s)) the zones meet, and the normal stress is largest, where the rim's own motion lies along the slip
+line of the soil: cos θ0 - (1 + s) = tan(45° - φ/2) sin θ0. There the shear displacement begins anew:
+ahead, θ0 <= θ <= θ1, j = R (1 - i) [(θ1 - θ)(sin θ1 - sin θ0)/(θ1 - θ0) - (sin θ1 - sin θ)] >= 0, against the rotation;
+behind, 0 <= θ <= θ0, j = R [(θ0 - θ) - (1 - i)(sin θ0 - sin θ)], mostly with it. σ and E as in part I.
+
+Part II is meant for skids above 5 %. Between -.05 and 0 apex and displacement pass into those of the driven wheel by the
+weight (1 + s/.05)² (chosen), so that forces have no jump at zero slip. Where θ0 would lie ahead of the contact it is held
+at 98 % of it, with a flag: one zone is left.";
     const REFERENCE: &'static str = "J. Y. Wong, A. R. Reece, J. Terramechanics 4(2):7-25, 1967 (part II; formulas as an open code after that paper has them)";
     const HOOKS: &'static [Hook] = &[
         Hook::Stiffness,

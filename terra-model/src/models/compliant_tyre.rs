@@ -282,6 +282,13 @@ impl TerrainModel for CompliantTyre {
             doc: "inflation pressure and what the carcass adds to it",
         },
     ];
+    const EQUATION: &'static str = "\
+σ = k z^n pushes on the round front, θf <= θ <= θ1, until it reaches the pressure p_t of inflation and carcass at the
+depth z_0 = (p_t/k)^(1/n). From there the tyre lies flat at that depth, over l = 2 R sin θf with
+cos θf = cos θ1 + z_0/R, and carries p_t; a wheel that sinks less stays round, θf = 0. With E(j) = sign(j)(1 - e^(-|j|/K)):
+W = b R ∫ (σ cos θ + τ sin θ) dθ + b p_t l,  D = b R ∫ (τ cos θ - σ sin θ) dθ + b ∫ τ dx,
+T = b R² ∫ τ dθ + b R cos θf ∫ τ dx;  τ = (c + σ tan φ) E(j), on the front j = R [(θ1 - θ) - (1 - i)(sin θ1 - sin θ)],
+under the flat j = j(θf) + i x.";
     const REFERENCE: &'static str =
         "M. G. Bekker, 1969; J. Y. Wong, Theory of Ground Vehicles (forms recalled)";
     const HOOKS: &'static [Hook] = &[

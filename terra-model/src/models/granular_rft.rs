@@ -194,6 +194,13 @@ impl TerrainModel for GranularRft {
         prior_sd: 0.5,
         doc: "stress per depth on a level plate pushed straight down",
     }];
+    const EQUATION: &'static str = "\
+A piece at the angle θ of the rim, z deep, has the tilt β = θ and moves in the direction γ below the horizontal, with
+cos γ = (1 - i - cos θ)/N and sin γ = sin θ/N. It is pushed back by ζ z α_x dA and up by ζ z α_z dA:
+α_z = A00 + A10 cos 2β + B11 sin(2β + γ) + B01 sin γ + B-11 sin(-2β + γ),
+α_x = C11 cos(2β + γ) + C01 cos γ + C-11 cos(-2β + γ) + D10 sin 2β. Only pieces that move into the sand feel it, which
+on a rolling wheel is its front, 0 <= θ <= θ1:
+W = b R ζ ∫ z α_z dθ,  D = -b R ζ ∫ z α_x dθ,  T = b R² ζ ∫ z (α_z sin θ - α_x cos θ) dθ,  z = R (cos θ - cos θ1).";
     const REFERENCE: &'static str =
         "C. Li, T. Zhang, D. I. Goldman, Science 339:1408-1412, 2013 (generic coefficients)";
     const HOOKS: &'static [Hook] = &[Hook::Stiffness, Hook::ContactRadius];

@@ -75,6 +75,9 @@ impl TerrainModel for HardGround {
             doc: "rolling resistance over load",
         },
     ];
+    const EQUATION: &'static str = "\
+F = μ W sin(C atan(B s - E (B s - atan(B s)))),  D = F - f W,  T = R F, s the library slip. C = 1, E = 0 and a large B
+is Coulomb's law.";
     const REFERENCE: &'static str =
         "H. B. Pacejka, Tire and Vehicle Dynamics (magic formula, recalled)";
     const HOOKS: &'static [Hook] = &[Hook::Friction];

@@ -127,6 +127,12 @@ impl TerrainModel for LinearStress {
     const SUMMARY: &'static str =
         "rigid wheel whose stresses are linear between entry, apex and bottom: a closed form";
     const PARAMS: &'static [Param] = bekker::PARAMS;
+    const EQUATION: &'static str = "\
+σ and τ are linear from θ1 (zero) to the apex θm = (c1 + c2 i) θ1 (σm, τm) and on to θ = 0 (σ = 0, τ0):
+σm = k (R (cos θm - cos θ1))^n, τm = (c + σm tan φ) E(j(θm)), τ0 = c, and with
+A = (cos θm - cos θ1)/(θ1-θm) - (1 - cos θm)/θm, B = (θ1 sin θm - θm sin θ1)/(θm (θ1-θm)), C = 1 - sin θm/θm:
+W = R b (σm A + τm B + τ0 C),  D = R b (τm A - σm B + τ0 (1 - cos θm)/θm),  T = R² b (τm θ1 + τ0 θm)/2.
+c1 = .5, c2 = 0 is the symmetric published form.";
     const REFERENCE: &'static str = "K. Iagnemma et al., IEEE Trans. Robotics 20(5):921-927, 2004; H. Shibly et al., J. Terramechanics 42(1):1-13, 2005";
     const HOOKS: &'static [Hook] = &[
         Hook::Stiffness,

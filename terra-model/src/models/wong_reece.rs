@@ -179,6 +179,15 @@ impl TerrainModel for WongReece {
     const SUMMARY: &'static str =
         "rigid wheel on Bekker soil with Janosi-Hanamoto shear and an apex that moves with slip";
     const PARAMS: &'static [Param] = bekker::PARAMS;
+    const EQUATION: &'static str = "\
+With u in [0, 1] from each end of the contact to the angle of maximum stress, both branches have the same normal
+stress at equal u, θF = θ1 - u (θ1 - θm), θB = θ2 + u (θm - θ2):
+
+- σ = k R^n (cos θF - cos θ1)^n,   τ = (c + σ tan φ) E(j),   E = sign(j)(1 - e^(-|j|/K))
+- j(θ) = R [(θ1 - θ) - (1 - i)(sin θ1 - sin θ)],   θm = (c1 + c2 i) θ1
+- W = R b ∫(σ cos θ + τ sin θ) dθ,   D = R b ∫(τ cos θ - σ sin θ) dθ,   T = R² b ∫ τ dθ
+
+W is given; θ1 follows from it (unique for i >= 0), then D, T and z = R(1 - cos θ1).";
     const REFERENCE: &'static str = "J. Y. Wong, A. R. Reece, J. Terramechanics 4(1):81-98 and 4(2):7-25, 1967; L. E. Ray, Proc. SPIE, 2008";
     const HOOKS: &'static [Hook] = &[
         Hook::Stiffness,

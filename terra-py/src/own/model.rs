@@ -157,6 +157,9 @@ impl AnyModel for PythonModel {
     fn params(&self) -> &'static [Param] {
         self.params
     }
+    fn equation(&self) -> &'static str {
+        ""
+    }
     fn reference(&self) -> &'static str {
         self.reference
     }

@@ -20,6 +20,16 @@ use crate::quadrature::t_minus_sin;
 use crate::real::{Real, Root};
 use crate::stress::StressPoint;
 
+/// The equations, for whoever looks them up by name.
+pub(super) const EQUATION: &str = "\
+p(z) acts vertically on the footprint, largest at the bottom, and the shear stress horizontally:
+W = b R ∫ p cos θ dθ,  D = b R ∫ τ cos θ dθ,  T = b R² ∫ (τ cos θ + p sin θ) cos θ dθ over 0..θ1,
+j(θ) = R ∫_θ^θ1 |r| cos θ' dθ', r = cos θ/(1 - i) - 1, the way of the rim over a column that stays where it is.
+
+τ points against the motion of the rim, which turns where r = 0: with r/sqrt(r² + δ²), δ = .005, in place of its sign,
+so that forces have a slope at zero slip (δ is chosen; it moves the pull by less than .1 % of the load for slips above
+.1).";
+
 /// δ.
 const TURN: f64 = 0.005;
 

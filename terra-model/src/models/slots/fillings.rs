@@ -13,6 +13,8 @@ pub struct Filling {
     pub name: &'static str,
     /// One line: what it is.
     pub summary: &'static str,
+    /// The equation.
+    pub equation: &'static str,
     /// Where the equation comes from.
     pub reference: &'static str,
     /// Its parameters, in the order a combination has them.
@@ -37,6 +39,7 @@ impl Slots {
         let pressure = PressureKind::ALL.into_iter().map(|law| Filling {
             name: law.name(),
             summary: law.summary(),
+            equation: law.equation(),
             reference: law.reference(),
             params: law.params(true),
             default: law == wheel.default_pressure(),
@@ -46,6 +49,7 @@ impl Slots {
         let shear = shear.map(|law| Filling {
             name: law.name(),
             summary: law.summary(),
+            equation: law.equation(),
             reference: law.reference(),
             params: law.params(),
             default: law == ShearKind::JanosiHanamoto,

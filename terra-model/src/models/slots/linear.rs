@@ -13,6 +13,15 @@ use crate::quadrature::{sinc, t_minus_sin};
 use crate::real::Real;
 use crate::stress::StressPoint;
 
+/// The equations, for whoever looks them up by name.
+pub(super) const EQUATION: &str = "\
+With σm, τm at the apex θm, both stresses zero at θ1, σ = 0 and τ = τ0 at θ2:
+A = (cos θm - cos θ1)/(θ1-θm) - (cos θ2 - cos θm)/(θm-θ2), B = (sin θm - sin θ2)/(θm-θ2) - (sin θ1 - sin θm)/(θ1-θm),
+W = b (R σm A + Rs τm B + Rs τ0 C),  D = b (Rs τm A - R σm B + Rs τ0 C'),
+T = b Rs a (τm (θ1-θ2) + τ0 (θm-θ2))/2 with C = cos θ2 - (sin θm - sin θ2)/(θm-θ2),
+C' = (cos θ2 - cos θm)/(θm-θ2) - sin θ2, a the arm of the torque.
+Iagnemma, Shibly: θ2 = 0, τ0 = c, Rs = R. Ding: θ2 = c3 θ1, τ0 = 0, Rs = R + λ h.";
+
 /// Everything but the entry angle.
 #[derive(Clone, Copy)]
 pub(super) struct Linear<T> {

@@ -52,6 +52,7 @@ struct Combination {
     shear: ShearKind,
     name: String,
     summary: String,
+    equation: String,
     reference: String,
     params: Vec<Param>,
     hooks: Vec<Hook>,
@@ -91,6 +92,7 @@ impl Combination {
                 pressure.summary(),
                 shear.summary()
             ),
+            equation: wheel.equations().join("\n\n"),
             reference: format!(
                 "{}; {}; {}",
                 wheel.reference(),
@@ -379,6 +381,9 @@ impl AnyModel for Composed {
     }
     fn params(&self) -> &'static [Param] {
         &self.0.params
+    }
+    fn equation(&self) -> &'static str {
+        &self.0.equation
     }
     fn reference(&self) -> &'static str {
         &self.0.reference

@@ -64,6 +64,20 @@ impl PressureKind {
         }
     }
 
+    pub(super) fn equation(self) -> &'static str {
+        match self {
+            PressureKind::Bekker => "p = k z^n, k = k_c/b + k_φ",
+            PressureKind::Reece => "p = (c k_c' + γ b k_φ') (z/b)^n",
+            PressureKind::SlipExponent => "p = k z^(n0 + n1 |s|)",
+            PressureKind::ExponentialSnow => "p = p_w (1 - e^(-z/z_w))",
+            PressureKind::Peat => "p = k_p z + 4 m_m z²/D_h, D_h = 2 b L/(b + L)",
+            PressureKind::UnloadReload => {
+                "p = p_u - k_u (z_u - z), down to zero, where z < z_u, k_u = k_0 + A_u z_u; p = k z^n beyond"
+            }
+            PressureKind::Layered => "p = k z^n + k_h (z - z_h) below z_h",
+        }
+    }
+
     pub(super) fn reference(self) -> &'static str {
         match self {
             PressureKind::Bekker => "M. G. Bekker, Introduction to Terrain-Vehicle Systems, 1969",

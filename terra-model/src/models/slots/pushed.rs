@@ -15,6 +15,19 @@ use super::shear::Strength;
 use crate::error::ModelError;
 use crate::real::{Real, Root};
 
+/// The equations of pushing lugs.
+pub(super) const LUGS: &str = "\
+A lug at an angle θ of the contact: F_p = b (γ h² N_p/2 + q h N_p + 2 c h sqrt(N_p)) E(j), N_p = tan²(45° + φ/2),
+q = σ(θ), at right angles to the radius; the first term acts 2h/3 above the rim, the others h/2. With N lugs around the
+wheel the mean over their places is N/(2π) ∫ F_p dθ. E(j) of the rim (chosen) lets the push begin at zero slip. Spread
+over the rim that mean is a shear stress N F_p/(2π R b), farther from the axle than the rim's own.
+Lugs so near to one another that the soil between them moves as a block are not described.";
+/// Those of a slip angle.
+pub(super) const SIDE: &str = "\
+A wheel under a slip angle β: j_y = R (1 - i)(θ1 - θ) tan β, τ_y = (c + σ tan φ)(1 - e^(-|j_y|/K_y)), and on the flank
+R_s = D1 (c h + D2 γ h²/2) with D1 = cot X + tan(X + φ), D2 = cot X + cot² X tan φ, X = 45° - φ/2, h the local depth:
+F_y = -∫ [R b τ_y + R_s (R - h cos θ)] dθ. R_s takes the sign of β by tanh(10 tan β) (chosen).";
+
 /// What breaks.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Broken<T> {

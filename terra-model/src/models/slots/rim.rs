@@ -12,6 +12,12 @@ use crate::models::displacement::{displacement, sign_changes};
 use crate::real::{Real, Root};
 use crate::stress::StressPoint;
 
+/// The equations, for whoever looks them up by name.
+pub(super) const EQUATION: &str = "\
+As the plain Wong-Reece wheel: both branches have the same σ at equal u, θF = θ1 - u (θ1 - θm), θB = θ2 + u (θm - θ2),
+j(θ) = R [(θ1 - θ) - (1 - i)(sin θ1 - sin θ)], W = R b ∫(σ cos θ + τ sin θ) dθ, D = R b ∫(τ cos θ - σ sin θ) dθ,
+T = R² b ∫ τ dθ.";
+
 /// Everything but the entry angle.
 #[derive(Clone, Copy)]
 pub(super) struct Rim<T> {

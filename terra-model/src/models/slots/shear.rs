@@ -52,6 +52,17 @@ impl ShearKind {
         }
     }
 
+    pub(super) fn equation(self) -> &'static str {
+        match self {
+            ShearKind::JanosiHanamoto => "τ = (c + σ tan φ)(1 - e^(-j/K))",
+            ShearKind::WongHump => {
+                "τ = (c + σ tan φ) K_r {1 + [1/(K_r (1 - 1/e)) - 1] e^(1 - j/K)} (1 - e^(-j/K))"
+            }
+            ShearKind::Muskeg => "τ = (c + σ tan φ) (j/K) e^(1 - j/K)",
+            ShearKind::Interface => "τ = (c_a + σ tan δ)(1 - e^(-j/K))",
+        }
+    }
+
     pub(super) fn reference(self) -> &'static str {
         match self {
             ShearKind::JanosiHanamoto => "Z. Janosi, B. Hanamoto, 1961",

@@ -1,13 +1,13 @@
 //! The wheel slot: where the stresses of the soil act on the wheel.
 
 use super::checks::{Must, Values, kinematic, quantity, rim_excess};
-use super::column::Column;
+use super::column::{self, Column};
 use super::contact_state::{Soil, Sums};
-use super::linear::Linear;
+use super::linear::{self, Linear};
 use super::params as par;
 use super::pressure::PressureKind;
-use super::pushed::{Broken, Lugs, Side};
-use super::rim::Rim;
+use super::pushed::{self, Broken, Lugs, Side};
+use super::rim::{self, Rim};
 use crate::contact::{Contact, Hook};
 use crate::error::ModelError;
 use crate::models::bekker::apex_ratio;
@@ -103,6 +103,19 @@ impl WheelKind {
             WheelKind::ScmColumn => {
                 "A. Tasora et al., Int. J. Vehicle Performance 5(1):60-76, 2019; the closed form is ours"
             }
+        }
+    }
+
+    /// What each wheel does with the stresses, in paragraphs.
+    pub(super) fn equations(self) -> &'static [&'static str] {
+        match self {
+            WheelKind::WongReece => &[rim::EQUATION],
+            WheelKind::GrouserPassive => &[rim::EQUATION, pushed::LUGS],
+            WheelKind::Lateral => &[rim::EQUATION, pushed::SIDE],
+            WheelKind::LinearStress | WheelKind::LinearStressSymmetric | WheelKind::DingClosed => {
+                &[linear::EQUATION]
+            }
+            WheelKind::ScmColumn => &[column::EQUATION],
         }
     }
 
