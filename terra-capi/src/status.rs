@@ -48,6 +48,7 @@ pub(crate) fn status(e: &ModelError) -> TerraStatus {
         ModelError::UnknownName { .. } => TerraStatus::UnknownName,
         ModelError::EffectNotApplicable { .. }
         | ModelError::SoilUnknown { .. }
+        | ModelError::EffectTwice { .. }
         | ModelError::Combination { .. }
         | ModelError::MissingValue { .. } => TerraStatus::NotApplicable,
         ModelError::NotConverged { .. } => TerraStatus::NotConverged,

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use terra_model::catalogue::Terrain;
+use terra_model::catalogue::{Missing, Terrain};
 use terra_model::{ForceLaw, Law, ModelError, nearest};
 
 use crate::error::EstimatorError;
@@ -141,6 +141,7 @@ fn named(
                         terrain,
                         parameter: p.name,
                         model: model.name(),
+                        reason: Missing::NotNamed,
                     }
                     .into()
                 })

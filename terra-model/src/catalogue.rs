@@ -33,6 +33,17 @@ impl Confidence {
             Confidence::Own => "user",
         }
     }
+
+    /// The confidence of a mark; none for a text that is no mark.
+    pub fn of_mark(mark: &str) -> Option<Self> {
+        let all = [
+            Confidence::Agreed,
+            Confidence::Single,
+            Confidence::Recalled,
+            Confidence::Own,
+        ];
+        all.into_iter().find(|c| c.mark() == mark)
+    }
 }
 
 /// One soil, in SI units and radians.
@@ -76,8 +87,8 @@ impl Terrain {
         self.k_c / width + self.k_phi
     }
 
-    /// The value of a parameter of that name, where the row gives it.
-    pub(crate) fn value(&self, parameter: &str) -> Option<f64> {
+    /// The value of a parameter of that name in SI units, where the row gives it; a missing c1, c2 is .5, 0.
+    pub fn value(&self, parameter: &str) -> Option<f64> {
         match parameter {
             "k_c" => Some(self.k_c),
             "k_phi" => Some(self.k_phi),
@@ -128,9 +139,53 @@ impl Terrain {
                     terrain: self.id.to_string(),
                     parameter: p.name,
                     model: model.name(),
+                    reason: Missing::of(p.name),
                 })
             })
             .collect()
+    }
+}
+
+/// Why a soil has no value for a parameter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Missing {
+    /// A row may give it, and the source of this one does not.
+    NoSource,
+    /// It belongs to the wheel, not to the soil.
+    OfTheWheel,
+    /// It depends on what was done to the ground before, not on the soil alone.
+    OfThePast,
+    /// No row of a catalogue holds it.
+    NoColumn,
+    /// A table of values that does not name it.
+    NotNamed,
+}
+
+impl Missing {
+    /// Why a catalogue row has no such parameter.
+    pub fn of(parameter: &str) -> Self {
+        match parameter {
+            "shear_modulus" => Missing::NoSource,
+            "tyre_pressure" | "deflection_ratio" | "lug_reach" | "lug_height" | "lug_count" => {
+                Missing::OfTheWheel
+            }
+            "past_sinkage" => Missing::OfThePast,
+            _ => Missing::NoColumn,
+        }
+    }
+}
+
+impl std::fmt::Display for Missing {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Missing::NoSource => "its source gives none",
+            Missing::OfTheWheel => "it belongs to the wheel, not to the soil",
+            Missing::OfThePast => "it belongs to what the ground went through, not to the soil",
+            Missing::NoColumn => {
+                "rows of a catalogue hold k_c, k_phi, n, c, phi, K, c1, c2 and no more"
+            }
+            Missing::NotNamed => "a table of values names every parameter",
+        })
     }
 }
 
@@ -243,3 +298,65 @@ static TERRAINS: &[Terrain] = &[
     row(("chrono_mid", "chrono", "Chrono SCM mid preset"), None, [1.1, 0.0, 2000.0, 0.0, 30.0], [Some(0.01), None, None], "sim", Confidence::Agreed, "InitializeParametersAsMid; elastic 2e8 damping 3e4"),
     row(("chrono_hard", "chrono", "Chrono SCM hard preset (LETE sand)"), None, [0.793, 102.0, 5301.0, 1.3, 31.1], [Some(0.012), None, None], "sim", Confidence::Agreed, "InitializeParametersAsHard; elastic 4e8 damping 3e4"),
 ];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::registry::Registry;
+
+    #[test]
+    fn a_mark_names_its_confidence_and_no_other_text_does() {
+        for (mark, confidence) in [
+            ("A", Confidence::Agreed),
+            ("B", Confidence::Single),
+            ("C", Confidence::Recalled),
+            ("user", Confidence::Own),
+        ] {
+            assert_eq!(Confidence::of_mark(mark), Some(confidence));
+            assert_eq!(confidence.mark(), mark);
+        }
+        for other in ["", "a", "D", "User", "A "] {
+            assert_eq!(Confidence::of_mark(other), None, "{other}");
+        }
+    }
+
+    /// The source of the MER rows gives no K; no row can give a tyre's pressure or a cone index, for different reasons.
+    #[test]
+    fn a_missing_value_says_why() {
+        let registry = Registry::builtin();
+        for (soil, model, parameter, expected) in [
+            (
+                "mer_b_slope_soil",
+                "wong-reece",
+                "shear_modulus",
+                Missing::NoSource,
+            ),
+            (
+                "dry_sand",
+                "compliant-tyre",
+                "tyre_pressure",
+                Missing::OfTheWheel,
+            ),
+            ("dry_sand", "wes-brixius", "cone_index", Missing::NoColumn),
+            (
+                "dry_sand",
+                "wong-reece:peat",
+                "peat_stiffness",
+                Missing::NoColumn,
+            ),
+        ] {
+            let model = registry.model(model).unwrap();
+            let error = find(soil).unwrap().parameters(&*model).unwrap_err();
+            let ModelError::MissingValue {
+                parameter: found,
+                reason,
+                ..
+            } = &error
+            else {
+                panic!("{error}");
+            };
+            assert_eq!((*found, *reason), (parameter, expected));
+            assert!(error.to_string().contains(&expected.to_string()), "{error}");
+        }
+    }
+}

@@ -56,6 +56,32 @@ pub enum Scope {
     Rig,
 }
 
+/// What a contact tells beside slip, load and wheel. A wheel on its own has none of it: all are 0 in
+/// [`Contact::new`](crate::Contact::new).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Circumstance {
+    /// Sideways motion of the wheel.
+    SlipAngle,
+    /// Path travelled since the log began.
+    Path,
+    /// Earlier passes over the same track.
+    EarlierPasses,
+    /// Side of the vehicle.
+    Side,
+}
+
+impl Circumstance {
+    /// Name in messages.
+    pub fn name(self) -> &'static str {
+        match self {
+            Circumstance::SlipAngle => "slip angle",
+            Circumstance::Path => "path travelled",
+            Circumstance::EarlierPasses => "earlier passes over the track",
+            Circumstance::Side => "side of the vehicle",
+        }
+    }
+}
+
 /// A candidate unmodelled effect, of magnitude `e` (one or more numbers; 0 is the nominal world, bit for bit).
 ///
 /// An effect may act in five places, each one method with the identity as default: on the contact before the model
@@ -79,6 +105,8 @@ pub trait Effect: Default + Send + Sync + 'static {
     const NEEDS_SOIL: &'static [&'static str] = &[];
     /// Which methods it overrides.
     const TOUCHES: &'static [Touch];
+    /// What of the contact it acts by: where that is 0, it changes nothing.
+    const READS: &'static [Circumstance] = &[];
     /// Kinds of log it can show on.
     const SCOPE: Scope = Scope::Any;
     /// Where in a log it shows.
@@ -201,6 +229,10 @@ pub trait AnyEffect: EffectAt<f64> + EffectAt<Dual8> + EffectAt<Dual16> + Effect
     fn needs_soil(&self) -> &'static [&'static str];
     /// Where in the chain it acts.
     fn touches(&self) -> &'static [Touch];
+    /// What of the contact it acts by; nothing for most.
+    fn reads(&self) -> &'static [Circumstance] {
+        &[]
+    }
     /// Kinds of log.
     fn scope(&self) -> Scope;
     /// Where in a log it shows.
@@ -236,6 +268,9 @@ impl<E: Effect> AnyEffect for E {
     }
     fn touches(&self) -> &'static [Touch] {
         E::TOUCHES
+    }
+    fn reads(&self) -> &'static [Circumstance] {
+        E::READS
     }
     fn scope(&self) -> Scope {
         E::SCOPE

@@ -1,5 +1,7 @@
 //! What can go wrong in a model, with the numbers inside.
 
+use crate::catalogue::Missing;
+
 /// Error of a model, an effect, a registry name or a catalogue.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ModelError {
@@ -94,6 +96,14 @@ pub enum ModelError {
         /// Missing quantity.
         quantity: &'static str,
     },
+    /// The same form of an effect twice in one law.
+    #[error(
+        "effect {effect} twice, expected each effect once: name it once, with the magnitude it should have"
+    )]
+    EffectTwice {
+        /// Effect.
+        effect: String,
+    },
     /// A name nobody registered.
     #[error("unknown {kind} '{name}'{}", nearest.as_ref().map(|n| format!(", did you mean '{n}'?")).unwrap_or_default())]
     UnknownName {
@@ -113,7 +123,7 @@ pub enum ModelError {
         reason: String,
     },
     /// A catalogue row that lacks a value the model needs.
-    #[error("terrain '{terrain}' gives no {parameter}, which model {model} needs")]
+    #[error("terrain '{terrain}' gives no {parameter}, which model {model} needs: {reason}")]
     MissingValue {
         /// Terrain id.
         terrain: String,
@@ -121,6 +131,8 @@ pub enum ModelError {
         parameter: &'static str,
         /// Model.
         model: &'static str,
+        /// Why there is none.
+        reason: Missing,
     },
     /// Forces that no rigid contact can have.
     #[error(

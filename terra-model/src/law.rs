@@ -145,7 +145,8 @@ impl Law {
     ///
     /// # Errors
     /// [`ModelError::EffectNotApplicable`] when the model lacks a hook an effect needs, [`ModelError::SoilUnknown`]
-    /// when it lacks a soil value: never a silent no-op.
+    /// when it lacks a soil value: never a silent no-op. [`ModelError::EffectTwice`] for one form of an effect twice: two
+    /// magnitudes of it would be two names for their sum. Several forms of one name may stand side by side.
     pub fn new(
         model: Arc<dyn AnyModel>,
         effects: Vec<Arc<dyn AnyEffect>>,
@@ -153,7 +154,15 @@ impl Law {
         let probe: Vec<f64> = model.params().iter().map(|p| p.min.max(0.0)).collect();
         let soil: Soil<f64> =
             f64::of_model(&*model).soil_at(&probe, &Contact::new(0.1, 1.0, 1.0, 1.0));
-        for effect in &effects {
+        for (k, effect) in effects.iter().enumerate() {
+            let same = |other: &Arc<dyn AnyEffect>| {
+                (other.name(), other.form()) == (effect.name(), effect.form())
+            };
+            if effects[..k].iter().any(same) {
+                return Err(ModelError::EffectTwice {
+                    effect: effect.name().to_owned(),
+                });
+            }
             if let Some(hook) = effect.needs().iter().find(|h| !model.hooks().contains(h)) {
                 return Err(ModelError::EffectNotApplicable {
                     model: model.name(),

@@ -159,7 +159,7 @@ impl Registry {
     /// `model+effect+effect/form`.
     ///
     /// # Errors
-    /// [`ModelError::UnknownName`], or a combination the model cannot carry.
+    /// [`ModelError::UnknownName`], [`ModelError::EffectTwice`], or a combination the model cannot carry.
     pub fn law(&self, name: &str) -> Result<Law, ModelError> {
         let mut parts = name.split('+');
         let model = self.model(parts.next().unwrap_or_default())?;

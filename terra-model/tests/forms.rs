@@ -6,7 +6,8 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use terra_model::{
-    BodyLoads, Channel, Contact, ForceLaw, Law, Motion, Registry, Vehicle, WheelForces, catalogue,
+    BodyLoads, Channel, Contact, ForceLaw, Law, ModelError, Motion, Registry, Touch, Vehicle,
+    WheelForces, catalogue,
 };
 
 const NAMES: [&str; 14] = [
@@ -423,4 +424,88 @@ fn forms_of_one_name_share_a_law() {
             jac[(2, k)]
         );
     }
+}
+
+/// An effect that acts by the path, the side, earlier passes or the slip angle leaves a wheel on its own as it is, and no other
+/// effect on contact or forces does: what it declares is what it reads.
+#[test]
+fn what_acts_on_a_wheel_alone_is_what_reads_nothing_else() {
+    let registry = Registry::builtin().with_forms();
+    let model = registry.model("wong-reece").unwrap();
+    let (mut alone, mut by_circumstance) = (0, 0);
+    for effect in registry.effects() {
+        let on_the_wheel = |t: &Touch| matches!(t, Touch::Contact | Touch::Forces);
+        if !effect.touches().iter().any(on_the_wheel) {
+            assert!(effect.reads().is_empty(), "{}", effect.name());
+            continue;
+        }
+        let law = Law::new(model.clone(), vec![Arc::clone(effect)]).unwrap();
+        let changes = |at: &Contact<f64>| {
+            let numbers = |share: f64| {
+                let e = effect
+                    .params()
+                    .iter()
+                    .map(|p| (share * p.prior_sd).clamp(p.min, p.max));
+                let f = law.forces(&soil().into_iter().chain(e).collect::<Vec<_>>(), at);
+                f.map(|f| {
+                    [
+                        f.drawbar_pull,
+                        f.resistive_torque,
+                        f.lateral_force,
+                        f.sinkage.unwrap_or(0.0),
+                    ]
+                })
+            };
+            let plain = numbers(0.0).unwrap();
+            [1.0, 3.0].into_iter().any(|share| {
+                numbers(share).is_ok_and(|f| {
+                    let pairs = f.iter().zip(&plain);
+                    let mut apart = pairs.map(|(a, b)| (a - b).abs() / (b.abs() + 1.0));
+                    apart.any(|d| d > 1e-9)
+                })
+            })
+        };
+        // Deep enough for a layer to be reached.
+        let slips = [-0.2, 0.1, 0.4, 0.9];
+        let wheels: Vec<_> = slips
+            .into_iter()
+            .flat_map(|s| [245.25, 600.0].map(|w| Contact::new(s, w, 0.254, 0.15)))
+            .collect();
+        let label = format!("{} {}", effect.name(), effect.form());
+        let acts = wheels.iter().any(&changes);
+        assert_eq!(acts, effect.reads().is_empty(), "{label}");
+        let moving = slips.map(|s| Contact {
+            slip_angle: 0.1,
+            ..contact(s)
+        });
+        assert!(acts || moving.iter().any(changes), "{label}");
+        if acts {
+            alone += 1;
+        } else {
+            by_circumstance += 1;
+        }
+    }
+    assert!(
+        alone > 10 && by_circumstance >= 9,
+        "{alone} {by_circumstance}"
+    );
+}
+
+/// Two magnitudes of one form would be two names for their sum.
+#[test]
+fn one_form_of_an_effect_stands_in_a_law_once() {
+    let registry = Registry::builtin().with_forms();
+    let twice = |e: &ModelError| matches!(e, ModelError::EffectTwice { effect } if effect == "slip-sinkage");
+    for name in [
+        "wong-reece+slip-sinkage+slip-sinkage",
+        "wong-reece+slip-sinkage+multipass+slip-sinkage",
+    ] {
+        let error = registry.law(name).unwrap_err();
+        assert!(twice(&error), "{name}: {error}");
+    }
+    let law = registry.law("wong-reece+slip-sinkage").unwrap();
+    let again = registry.effect("slip-sinkage").unwrap();
+    assert!(twice(&law.with_effects([again]).unwrap_err()));
+    let other = registry.effect_form("slip-sinkage", "excavation").unwrap();
+    assert!(law.with_effects([other]).is_ok());
 }

@@ -44,7 +44,15 @@ impl ActiveEffects {
         let mut effects = Vec::new();
         let mut unlisted = Vec::new();
         let mut memories = 0;
-        for setting in settings {
+        for (k, setting) in settings.iter().enumerate() {
+            let form = |s: &EffectSetting| s.form.clone().unwrap_or_else(|| "default".to_owned());
+            let same =
+                |other: &EffectSetting| other.name == setting.name && form(other) == form(setting);
+            if settings.iter().take(k).any(same) {
+                return Err(SimError::Model(ModelError::EffectTwice {
+                    effect: setting.name.clone(),
+                }));
+            }
             if let Some(effect) = off_library::find(&setting.name) {
                 let e = off_library_magnitude(effect.entry(), setting, kind)?;
                 if e != 0.0 {

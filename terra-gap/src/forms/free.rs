@@ -12,8 +12,8 @@
 use std::sync::Arc;
 
 use terra_model::{
-    AnyEffect, BodyLoads, Channel, Contact, Dual8, Dual16, EffectAt, Hook, Lanes, Motion, Param,
-    Real, Scope, Soil, Touch, Vehicle, WheelForces,
+    AnyEffect, BodyLoads, Channel, Circumstance, Contact, Dual8, Dual16, EffectAt, Hook, Lanes,
+    Motion, Param, Real, Scope, Soil, Touch, Vehicle, WheelForces,
 };
 
 use super::term::{Regime, Term};
@@ -305,6 +305,9 @@ impl AnyEffect for FreeForm {
     }
     fn touches(&self) -> &'static [Touch] {
         self.inner.touches()
+    }
+    fn reads(&self) -> &'static [Circumstance] {
+        self.inner.reads()
     }
     fn scope(&self) -> Scope {
         self.inner.scope()

@@ -9,7 +9,7 @@
 //! prior.
 
 use crate::contact::Contact;
-use crate::effect::{Effect, Scope, Touch};
+use crate::effect::{Circumstance, Effect, Scope, Touch};
 use crate::effects::bulldozing::push_per_width;
 use crate::forces::WheelForces;
 use crate::model::Soil;
@@ -33,6 +33,7 @@ impl Effect for LateralBulldozing {
     const REFERENCE: &'static str = "Rankine passive pressure; G. Ishigami et al., J. Field Robotics 24(3), 2007; chosen form and prior";
     const NEEDS_SOIL: &'static [&'static str] = &["cohesion", "friction_angle"];
     const TOUCHES: &'static [Touch] = &[Touch::Forces];
+    const READS: &'static [Circumstance] = &[Circumstance::SlipAngle];
     const SCOPE: Scope = Scope::Drive;
     const REGIME: &'static str = "a moment against the turn, most in deep ruts";
     const ISOLATED_BY: &'static str = "turn in place on soft ground and on firm ground";

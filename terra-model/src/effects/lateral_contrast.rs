@@ -7,7 +7,7 @@
 //! K. K. Phoon, F. H. Kulhawy, Can. Geotech. J. 36(4):612-624, 1999 (soil differs over metres); chosen form and prior.
 
 use crate::contact::{Contact, Hook};
-use crate::effect::{Effect, Scope, Touch};
+use crate::effect::{Circumstance, Effect, Scope, Touch};
 use crate::model::Soil;
 use crate::param::{EITHER_SIGN, Param};
 use crate::real::Real;
@@ -29,6 +29,7 @@ impl Effect for LateralContrast {
     const REFERENCE: &'static str = "K. K. Phoon, F. H. Kulhawy, Can. Geotech. J. 36(4):612-624, 1999 (soil differs over metres); chosen form and prior";
     const NEEDS: &'static [Hook] = &[Hook::Stiffness];
     const TOUCHES: &'static [Touch] = &[Touch::Contact];
+    const READS: &'static [Circumstance] = &[Circumstance::Side];
     const SCOPE: Scope = Scope::Drive;
     const REGIME: &'static str = "left against right on straight runs, yaw";
     const ISOLATED_BY: &'static str = "drive the track back the other way";

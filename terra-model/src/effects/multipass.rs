@@ -7,7 +7,7 @@
 //! S. Senatore, C. Sandu, J. Terramechanics 48(4):265-276, 2011; chosen form and prior.
 
 use crate::contact::{Contact, Hook};
-use crate::effect::{Effect, Touch};
+use crate::effect::{Circumstance, Effect, Touch};
 use crate::model::Soil;
 use crate::param::Param;
 use crate::real::Real;
@@ -31,6 +31,7 @@ impl Effect for Multipass {
         "S. Senatore, C. Sandu, J. Terramechanics 48(4):265-276, 2011; chosen form and prior";
     const NEEDS: &'static [Hook] = &[Hook::Stiffness, Hook::ShearModulus, Hook::Cohesion];
     const TOUCHES: &'static [Touch] = &[Touch::Contact];
+    const READS: &'static [Circumstance] = &[Circumstance::EarlierPasses];
     const REGIME: &'static str =
         "sinkage of the rear wheels down, their torque too at low slip; second axle and own rut";
     const ISOLATED_BY: &'static str = "a second pass in the same rut";

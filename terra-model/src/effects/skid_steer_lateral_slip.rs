@@ -8,7 +8,7 @@
 //! G. Ishigami, A. Miwa, K. Nagatani, K. Yoshida, J. Field Robotics 24(3):233-250, 2007 (j_y); chosen form and prior.
 
 use crate::contact::{Contact, Hook};
-use crate::effect::{Effect, Touch};
+use crate::effect::{Circumstance, Effect, Touch};
 use crate::model::Soil;
 use crate::param::Param;
 use crate::real::Real;
@@ -30,6 +30,7 @@ impl Effect for SkidSteerLateralSlip {
     const REFERENCE: &'static str = "G. Ishigami, A. Miwa, K. Nagatani, K. Yoshida, J. Field Robotics 24(3):233-250, 2007; chosen form and prior";
     const NEEDS: &'static [Hook] = &[Hook::LateralSlip];
     const TOUCHES: &'static [Touch] = &[Touch::Contact];
+    const READS: &'static [Circumstance] = &[Circumstance::SlipAngle];
     const REGIME: &'static str = "pull down and a moment against the turn, in turns only";
     const ISOLATED_BY: &'static str = "turn at several yaw rates at the same speed";
 

@@ -7,7 +7,7 @@
 //! K. K. Phoon, F. H. Kulhawy, Can. Geotech. J. 36(4):612-624, 1999 (trend of a soil over distance); chosen form and prior.
 
 use crate::contact::{Contact, Hook};
-use crate::effect::{Effect, Scope, Touch};
+use crate::effect::{Circumstance, Effect, Scope, Touch};
 use crate::model::Soil;
 use crate::param::{EITHER_SIGN, Param};
 use crate::real::Real;
@@ -29,6 +29,7 @@ impl Effect for TerrainDrift {
     const REFERENCE: &'static str = "K. K. Phoon, F. H. Kulhawy, Can. Geotech. J. 36(4):612-624, 1999 (trend of a soil over distance); chosen form and prior";
     const NEEDS: &'static [Hook] = &[Hook::Stiffness, Hook::Cohesion];
     const TOUCHES: &'static [Touch] = &[Touch::Contact];
+    const READS: &'static [Circumstance] = &[Circumstance::Path];
     const SCOPE: Scope = Scope::Drive;
     const REGIME: &'static str = "all channels, with path or time";
     const ISOLATED_BY: &'static str = "drive the same manoeuvre at both ends of the path";

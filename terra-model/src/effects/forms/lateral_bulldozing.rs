@@ -1,7 +1,7 @@
 //! Another form of lateral bulldozing: a destructive surface on the flank that meets the soil.
 
 use crate::contact::Contact;
-use crate::effect::{Effect, Touch};
+use crate::effect::{Circumstance, Effect, Touch};
 use crate::effects::LateralBulldozing;
 use crate::forces::WheelForces;
 use crate::model::Soil;
@@ -36,6 +36,7 @@ impl Effect for CuttingFlank {
     const REFERENCE: &'static str = "E. Hegedus, ATAC RR-14, 1960, as G. Ishigami et al., J. Field Robotics 24(3), 2007 (as an open code after that paper has it)";
     const NEEDS_SOIL: &'static [&'static str] = &["cohesion", "friction_angle"];
     const TOUCHES: &'static [Touch] = &[Touch::Forces];
+    const READS: &'static [Circumstance] = &[Circumstance::SlipAngle];
 
     fn after<T: Real>(
         &self,

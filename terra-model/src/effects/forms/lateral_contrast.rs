@@ -1,7 +1,7 @@
 //! Another form of lateral contrast: sides that differ in strength rather than in stiffness.
 
 use crate::contact::{Contact, Hook};
-use crate::effect::{Effect, Touch};
+use crate::effect::{Circumstance, Effect, Touch};
 use crate::effects::LateralContrast;
 use crate::model::Soil;
 use crate::param::{EITHER_SIGN, Param};
@@ -32,6 +32,7 @@ impl Effect for StrengthContrast {
     const REFERENCE: &'static str = "chosen form: c varies more over a field than φ, as K. K. Phoon, F. H. Kulhawy, Can. Geotech. J. 36(4):612-624, 1999";
     const NEEDS: &'static [Hook] = &[Hook::Cohesion, Hook::Friction];
     const TOUCHES: &'static [Touch] = &[Touch::Contact];
+    const READS: &'static [Circumstance] = &[Circumstance::Side];
 
     fn before<T: Real>(&self, e: &[T], _soil: &Soil<T>, mut at: Contact<T>) -> Contact<T> {
         at.hooks.cohesion *= (e[0] * at.side * 0.5).exp();

@@ -2,7 +2,7 @@
 
 use super::compaction_work;
 use crate::contact::{Contact, Hook};
-use crate::effect::{Effect, Touch};
+use crate::effect::{Circumstance, Effect, Touch};
 use crate::effects::Multipass;
 use crate::forces::WheelForces;
 use crate::model::Soil;
@@ -34,6 +34,7 @@ impl Effect for Rut {
     const REFERENCE: &'static str = "M. G. Bekker, Introduction to Terrain-Vehicle Systems, 1969 (repetitive loading); chosen form";
     const NEEDS_SOIL: &'static [&'static str] = &["stiffness", "sinkage_exponent"];
     const TOUCHES: &'static [Touch] = &[Touch::Forces];
+    const READS: &'static [Circumstance] = &[Circumstance::EarlierPasses];
 
     fn after<T: Real>(
         &self,
@@ -77,6 +78,7 @@ impl Effect for PackedStrength {
     const REFERENCE: &'static str = "D. Holm, 3rd Int. Conf. ISTVS, 1969 (repeated passes raise density and strength); chosen form";
     const NEEDS: &'static [Hook] = &[Hook::Cohesion, Hook::Friction, Hook::ShearModulus];
     const TOUCHES: &'static [Touch] = &[Touch::Contact];
+    const READS: &'static [Circumstance] = &[Circumstance::EarlierPasses];
 
     fn before<T: Real>(&self, e: &[T], _soil: &Soil<T>, mut at: Contact<T>) -> Contact<T> {
         let gain = e[0] * -(-at.earlier_passes).exp_m1();

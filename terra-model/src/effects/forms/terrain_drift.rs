@@ -1,7 +1,7 @@
 //! Other forms of terrain drift: strength instead of stiffness, ground that comes and goes.
 
 use crate::contact::{Contact, Hook};
-use crate::effect::{Effect, Touch};
+use crate::effect::{Circumstance, Effect, Touch};
 use crate::effects::TerrainDrift;
 use crate::model::Soil;
 use crate::param::{EITHER_SIGN, Param};
@@ -33,6 +33,7 @@ impl Effect for StrengthDrift {
     const REFERENCE: &'static str = "chosen form: c varies more over a field than φ, as K. K. Phoon, F. H. Kulhawy, Can. Geotech. J. 36(4):612-624, 1999";
     const NEEDS: &'static [Hook] = &[Hook::Cohesion, Hook::Friction];
     const TOUCHES: &'static [Touch] = &[Touch::Contact];
+    const READS: &'static [Circumstance] = &[Circumstance::Path];
 
     fn before<T: Real>(&self, e: &[T], _soil: &Soil<T>, mut at: Contact<T>) -> Contact<T> {
         at.hooks.cohesion *= (e[0] * at.path / 8.0).exp();
@@ -66,6 +67,7 @@ impl Effect for Undulating {
     const REFERENCE: &'static str = "chosen form: stiffness with a scale of fluctuation of metres, as K. K. Phoon, F. H. Kulhawy, Can. Geotech. J. 36(4):612-624, 1999";
     const NEEDS: &'static [Hook] = &[Hook::Stiffness, Hook::Cohesion];
     const TOUCHES: &'static [Touch] = &[Touch::Contact];
+    const READS: &'static [Circumstance] = &[Circumstance::Path];
 
     fn before<T: Real>(&self, e: &[T], _soil: &Soil<T>, mut at: Contact<T>) -> Contact<T> {
         let (wave, _) = (at.path * (std::f64::consts::TAU / 8.0)).sin_cos();
