@@ -70,7 +70,7 @@ def texts():
     put(
         "terrains_csv",
         "soils.csv",
-        "# mine\nid,set,name,n,kc_kN_m_n1,kphi_kN_m_n2,c_kPa,phi_deg,K_m,c1,c2\nsand,mine,Dry sand,1.1,0.9,1523.4,1.04,28,0.025,0.18,0.32\nclay,mine,Clay,0.5,13.2,692.2,4.14,13,NA,NA,NA\n",
+        "# mine\nid,set,name,n,kc_kN_m_n1,kphi_kN_m_n2,c_kPa,phi_deg,K_m,c1,c2,conf,source_note\nsand,mine,Dry sand,1.1,0.9,1523.4,1.04,28,0.025,0.18,0.32,B,\"a table, page 3\"\nclay,mine,Clay,0.5,13.2,692.2,4.14,13,NA,NA,NA,,NA\n",
     )
     put(
         "scm_json",

@@ -97,6 +97,13 @@ pub enum Problem {
         found: f64,
         expected: &'static str,
     },
+    /// A mark that is none of the known ones.
+    #[error("column '{column}': found '{found}', expected {expected}")]
+    UnknownMark {
+        column: String,
+        found: String,
+        expected: &'static str,
+    },
     /// A value that this table cannot do without.
     #[error("column '{column}': no value, expected one in every row")]
     MissingValue { column: String },
@@ -202,6 +209,9 @@ pub enum Problem {
     /// A combination the model cannot carry.
     #[error("{0}")]
     Model(ModelError),
+    /// A soil that lacks a value of the model.
+    #[error("{0}; write start as a table of parameters that names it, or take another soil")]
+    IncompleteTerrain(ModelError),
 
     // Writing.
     /// The operating system refused.

@@ -59,7 +59,8 @@ fn read_start(s: &Section<'_>, law: &Law, own_catalogue: bool) -> Result<Option<
             match catalogue::find(id) {
                 Ok(terrain) => {
                     let complete = terrain.parameters(law.model());
-                    complete.map_err(|e| s.document.fail(&entry.at, Problem::Model(e)))?;
+                    complete
+                        .map_err(|e| s.document.fail(&entry.at, Problem::IncompleteTerrain(e)))?;
                 }
                 Err(_) if own_catalogue => {}
                 Err(e) => {

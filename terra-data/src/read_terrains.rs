@@ -9,14 +9,25 @@ use terra_model::catalogue::{self, Confidence, Terrain};
 
 use crate::columns::Bound;
 use crate::error::{DataError, Origin};
+use crate::names::short;
 use crate::problem::Problem;
 use crate::rover::TerrainSettings;
 use crate::source::open;
 use crate::table::{Row, Table};
 
+/// Column of the trust in a row.
+pub(crate) const CONFIDENCE: &str = "conf";
+/// Column of where a row comes from.
+pub(crate) const SOURCE: &str = "source_note";
+/// The marks of [`Confidence`].
+pub(crate) const MARKS: &str = "A, B, C or user";
+
 /// Reads a catalogue of terrains: CSV with the columns
 /// `id,set,name,n,kc_kN_m_n1,kphi_kN_m_n2,c_kPa,phi_deg,K_m,c1,c2` in any order; others are ignored and lines that begin
 /// with `#` skipped. The result is in SI and radians. `NA` in `K_m`, `c1`, `c2` leaves the value out.
+///
+/// Two further columns may be there: `conf`, how far to trust the row (`A`, `B`, `C` or `user`, [`Confidence`]), and
+/// `source_note`, where it comes from. Without them, or where they are empty or `NA`, it is `user` and the file's name.
 ///
 /// # Errors
 /// [`DataError::Configuration`] with file, line and column.
@@ -50,11 +61,12 @@ fn read(reader: Box<dyn Read + '_>, name: &str) -> Result<Vec<Terrain>, DataErro
         "c2",
     ];
     let text = find(&table, text)?;
+    let origin = [optional(&table, CONFIDENCE)?, optional(&table, SOURCE)?];
     let mut numbers = find(&table, numbers)?;
     let mut terrains: Vec<Terrain> = Vec::new();
     let mut lines: BTreeMap<String, u64> = BTreeMap::new();
     while let Some(row) = table.next()? {
-        let terrain = terrain(&row, &text, &mut numbers, name)?;
+        let terrain = terrain(&row, &text, &mut numbers, &origin, name)?;
         if let Some(first) = lines.insert(terrain.id.to_string(), row.line) {
             let id = terrain.id.to_string();
             let [id_column, ..] = &text;
@@ -85,8 +97,9 @@ pub fn hypothesis_terrains(
     })
 }
 
-/// True for `mine.csv` and `soils/mine`, false for `wong21`.
-pub(crate) fn names_a_file(hypotheses: &str) -> bool {
+/// True where a user names a file of soils rather than a set of the catalogue: for `mine.csv` and `soils/mine`, not for
+/// `wong21`.
+pub fn names_a_file(hypotheses: &str) -> bool {
     hypotheses.contains(['/', '\\', '.'])
 }
 
@@ -102,10 +115,18 @@ fn find<const N: usize>(table: &Table<'_>, names: [&str; N]) -> Result<[Bound; N
     })
 }
 
+fn optional(table: &Table<'_>, name: &str) -> Result<Option<Bound>, DataError> {
+    match table.position(name)? {
+        Some(_) => Bound::plain(table, name, "it in a terrain catalogue").map(Some),
+        None => Ok(None),
+    }
+}
+
 fn terrain(
     row: &Row<'_>,
     [id, set, name]: &[Bound; 3],
     [n, k_c, k_phi, c, phi, k, c1, c2]: &mut [Bound; 8],
+    [confidence, source]: &[Option<Bound>; 2],
     file: &str,
 ) -> Result<Terrain, DataError> {
     let text = |column: &Bound| row.text(column.index).map(|t| t.trim().to_owned());
@@ -130,8 +151,34 @@ fn terrain(
         c1: given(row, c1, |_| true, "a number")?,
         c2: given(row, c2, |_| true, "a number")?,
         class: "".into(),
-        confidence: Confidence::Own,
-        source: file.to_owned().into(),
+        confidence: trust(row, confidence.as_ref())?,
+        source: written(row, source.as_ref())?
+            .unwrap_or_else(|| file.to_owned())
+            .into(),
+    })
+}
+
+/// A text that may be missing.
+fn written(row: &Row<'_>, column: Option<&Bound>) -> Result<Option<String>, DataError> {
+    let Some(column) = column else {
+        return Ok(None);
+    };
+    let text = row.text(column.index)?.trim();
+    let missing = text.is_empty() || text.eq_ignore_ascii_case("na");
+    Ok((!missing).then(|| text.to_owned()))
+}
+
+fn trust(row: &Row<'_>, column: Option<&Bound>) -> Result<Confidence, DataError> {
+    let (Some(column), Some(mark)) = (column, written(row, column)?) else {
+        return Ok(Confidence::Own);
+    };
+    Confidence::of_mark(&mark).ok_or_else(|| {
+        let problem = Problem::UnknownMark {
+            column: column.shown(),
+            found: short(&mark),
+            expected: MARKS,
+        };
+        row.fail(column, problem)
     })
 }
 

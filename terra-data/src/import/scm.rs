@@ -2,6 +2,7 @@
 //!
 //! Keys (SI, but the friction limit in degrees): `Bekker Kphi`, `Bekker Kc`, `Bekker n exponent`, `Mohr cohesive limit`,
 //! `Mohr friction limit`, `Janosi shear coefficient`. They are found at any depth, because Chrono's scenes wrap them.
+//! Beside them terra writes `Parameter source` and `Parameter confidence`, which Chrono passes over, and reads them again.
 
 use std::borrow::Cow;
 use std::io::{self, Write};
@@ -13,6 +14,7 @@ use terra_model::catalogue::{Confidence, Terrain};
 use crate::atomic::atomic_write;
 use crate::error::{DataError, Origin};
 use crate::problem::Problem;
+use crate::read_terrains::{self, MARKS};
 use crate::source::read_text;
 use crate::write::number;
 
@@ -24,6 +26,9 @@ const KEYS: [&str; 6] = [
     "Mohr friction limit",
     "Janosi shear coefficient",
 ];
+/// Where the values come from, and how far to trust them: of terra's own, for the way back.
+const SOURCE: &str = "Parameter source";
+const CONFIDENCE: &str = "Parameter confidence";
 
 /// Reads one terrain from a Chrono JSON file; its id is the file's name.
 ///
@@ -88,6 +93,26 @@ pub fn parse_scm_json(text: &str, name: &str, id: &str) -> Result<Terrain, DataE
         }));
     }
     let label = find(&root, "Name").and_then(Value::as_str).unwrap_or(id);
+    let confidence = match find(&root, CONFIDENCE) {
+        None => Confidence::Own,
+        Some(mark) => mark.as_str().and_then(Confidence::of_mark).ok_or_else(|| {
+            origin.fail_file(Problem::WrongType {
+                key: CONFIDENCE.to_owned(),
+                found: mark.to_string(),
+                expected: MARKS,
+            })
+        })?,
+    };
+    let source = match find(&root, SOURCE) {
+        None => name,
+        Some(source) => source.as_str().ok_or_else(|| {
+            origin.fail_file(Problem::WrongType {
+                key: SOURCE.to_owned(),
+                found: source.to_string(),
+                expected: "text",
+            })
+        })?,
+    };
     Ok(Terrain {
         id: Cow::Owned(id.to_owned()),
         set: Cow::Borrowed("chrono"),
@@ -102,8 +127,8 @@ pub fn parse_scm_json(text: &str, name: &str, id: &str) -> Result<Terrain, DataE
         c1: None,
         c2: None,
         class: Cow::Borrowed(""),
-        confidence: Confidence::Own,
-        source: Cow::Owned(name.to_owned()),
+        confidence,
+        source: Cow::Owned(source.to_owned()),
     })
 }
 
@@ -127,6 +152,8 @@ pub fn scm_json(terrain: &Terrain) -> Value {
         "Mohr cohesive limit": terrain.cohesion,
         "Mohr friction limit": terrain.friction_angle.to_degrees(),
         "Janosi shear coefficient": terrain.shear_modulus,
+        SOURCE: terrain.source,
+        CONFIDENCE: terrain.confidence.mark(),
     })
 }
 
@@ -156,6 +183,8 @@ pub fn write_terrains_to(out: impl Write, terrains: &[Terrain]) -> io::Result<()
         "K_m",
         "c1",
         "c2",
+        read_terrains::CONFIDENCE,
+        read_terrains::SOURCE,
     ])?;
     for t in terrains {
         let optional = |v: Option<f64>| v.map_or_else(|| "NA".to_owned(), |v| number(Some(v)));
@@ -171,6 +200,8 @@ pub fn write_terrains_to(out: impl Write, terrains: &[Terrain]) -> io::Result<()
             optional(t.shear_modulus),
             optional(t.c1),
             optional(t.c2),
+            t.confidence.mark().to_owned(),
+            t.source.to_string(),
         ])?;
     }
     csv.flush()
@@ -211,6 +242,28 @@ mod tests {
         let read = read_terrains_from(csv.as_slice(), "soil.csv").unwrap();
         assert_eq!(read[0].id, "soft");
         assert!((read[0].k_phi - 2e5).abs() < 1e-9 && (read[0].cohesion - 250.0).abs() < 1e-12);
+    }
+
+    /// To Chrono, from there to a catalogue, and in again: the soil still says where it comes from. Chrono's own files do not.
+    #[test]
+    fn source_and_trust_go_to_chrono_and_back() {
+        let known = terra_model::catalogue::find("rubicon_sandy_loam").unwrap();
+        let json = scm_json(known).to_string();
+        let again = parse_scm_json(&json, "soil.json", "soil").unwrap();
+        let mut csv = vec![];
+        write_terrains_to(&mut csv, std::slice::from_ref(&again)).unwrap();
+        let read = read_terrains_from(csv.as_slice(), "soil.csv").unwrap();
+        assert_eq!(read[0].source, known.source);
+        assert_eq!(read[0].confidence, Confidence::Single);
+        let plain = parse_scm_json(SOFT, "soft.json", "soft").unwrap();
+        assert_eq!(
+            (plain.source.as_ref(), plain.confidence),
+            ("soft.json", Confidence::Own)
+        );
+        let e = parse_scm_json(&json.replace("\"B\"", "\"D\""), "soil.json", "soil")
+            .unwrap_err()
+            .to_string();
+        assert!(e.contains("\"D\"") && e.contains("A, B, C or user"), "{e}");
     }
 
     #[test]

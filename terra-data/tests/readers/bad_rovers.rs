@@ -77,7 +77,7 @@ fn terrain_tables() {
         ("unknown effect", with("wong-reece", "wong-reece+slip-sinkge"), "UnknownName", Some(17), Some(9)),
         ("an effect the model cannot carry", with("wong-reece", "linear-stress+grousers"), "Model", Some(17), Some(9)),
         ("unknown start", terrain("start = \"dry_snad\""), "UnknownName", Some(18), Some(9)),
-        ("start without K", terrain("start = \"dlr_a\""), "Model", Some(18), Some(9)),
+        ("start without K", terrain("start = \"dlr_a\""), "IncompleteTerrain", Some(18), Some(9)),
         ("start that is a number", terrain("start = 3"), "WrongType", Some(18), Some(9)),
         ("unknown set", terrain("hypotheses = \"wong12\""), "UnknownName", Some(18), Some(14)),
         ("start without parameters", terrain("start = {}"), "MissingKey", Some(18), Some(1)),

@@ -108,6 +108,10 @@ fn the_literature_table_reads_as_the_built_in_catalogue() {
             (&known.id, &known.set, &known.name)
         );
         assert_eq!(
+            (own.confidence, &own.source),
+            (known.confidence, &known.source)
+        );
+        assert_eq!(
             (own.shear_modulus, own.c1, own.c2),
             (known.shear_modulus, known.c1, known.c2)
         );
