@@ -326,8 +326,11 @@ pub(crate) struct CampaignCases {
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct ExportSoil {
-    /// A soil of `terra terrains`, or what `terra identify --json` wrote: then its refined soil.
+    /// A soil of `terra terrains` or of --catalogue, or what `terra identify --json` wrote: then its refined soil.
     pub(crate) soil: String,
+    /// Your own soils (CSV), beside those of `terra terrains`; an id that is in both is that of FILE.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) catalogue: Option<PathBuf>,
     /// Group of the identification (left, right, all ...), where it has several.
     #[arg(long)]
     pub(crate) group: Option<String>,
@@ -368,6 +371,9 @@ pub(crate) enum Export {
         /// Terrain model.
         #[arg(long, default_value = "wong-reece")]
         model: String,
+        /// A parameter of the model in SI units, in place of the soil's or where the soil gives none; may be repeated.
+        #[arg(long, value_name = "NAME=VALUE")]
+        value: Vec<String>,
         /// How far the line may be from the law, as a share of the largest traction on its range.
         #[arg(long, default_value_t = 0.1)]
         tolerance: f64,
@@ -378,10 +384,19 @@ pub(crate) enum Export {
 }
 
 #[derive(Debug, clap::Args)]
-pub(crate) struct WheelArgs {
-    /// Soil: a catalogue id (`terra terrains`).
+pub(crate) struct SoilArgs {
+    /// Soil: an id of `terra terrains`, or of --catalogue.
     #[arg(long)]
     pub(crate) terrain: String,
+    /// Your own soils (CSV), beside those of `terra terrains`; an id or a set that is in both is that of FILE.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) catalogue: Option<PathBuf>,
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct WheelArgs {
+    #[command(flatten)]
+    pub(crate) soil: SoilArgs,
     /// Wheel radius in m.
     #[arg(
         long = "radius_m",
@@ -410,12 +425,13 @@ pub(crate) struct WheelArgs {
     /// Slips A:B:STEP (B included), or one slip; braking is negative, in [-1, 1].
     #[arg(long, value_name = "A:B:STEP", allow_hyphen_values = true)]
     pub(crate) slip: String,
-    /// Terrain model, or model+effect=magnitude+..., an effect's other form as effect/form=magnitude.
+    /// Terrain model, or model+effect=magnitude+..., of effects that change the forces of one wheel; an effect's other form as
+    /// effect/form=magnitude.
     #[arg(long, default_value = "wong-reece")]
     pub(crate) model: String,
     /// A parameter of the model in SI units, in place of the soil's or where the soil gives none; may be repeated.
-    #[arg(long, value_name = "NAME=VALUE")]
-    pub(crate) set: Vec<String>,
+    #[arg(long, visible_alias = "set", value_name = "NAME=VALUE")]
+    pub(crate) value: Vec<String>,
     /// Also the named parts of the drawbar pull, as columns after status: shear of the rim, push of lugs, compaction,
     /// bulldozing, and what an effect adds under no other name.
     #[arg(long)]
@@ -505,12 +521,15 @@ pub(crate) struct IdentifyArgs {
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct IdentifiabilityArgs {
-    /// Soil around which to ask: a catalogue id (`terra terrains`).
-    #[arg(long)]
-    pub(crate) terrain: String,
-    /// Terrain model.
+    #[command(flatten)]
+    pub(crate) soil: SoilArgs,
+    /// Terrain model, or model+effect+... of effects that change the forces of one wheel.
     #[arg(long, default_value = "wong-reece")]
     pub(crate) model: String,
+    /// A parameter of the model in SI units, in place of the soil's or where the soil gives none; may be repeated. It holds
+    /// for the soil around which to ask and for each of --set.
+    #[arg(long, value_name = "NAME=VALUE")]
+    pub(crate) value: Vec<String>,
     /// Wheel radius in m.
     #[arg(long = "radius_m", alias = "radius-m", value_name = "R")]
     pub(crate) radius: f64,
@@ -543,8 +562,8 @@ pub(crate) struct IdentifiabilityArgs {
         default_value = "drawbar_pull_N=0.5,torque_N_m=0.1"
     )]
     pub(crate) noise: String,
-    /// Soils that should be told apart: a set of the catalogue.
-    #[arg(long, default_value = "wong21")]
+    /// Soils that should be told apart: a set of `terra terrains` or of --catalogue, or a CSV of soils.
+    #[arg(long, value_name = "SET|FILE", default_value = "wong21")]
     pub(crate) set: String,
     /// Further rows to propose.
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u8).range(0..=50))]

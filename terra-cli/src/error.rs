@@ -158,6 +158,7 @@ impl From<ModelError> for CliError {
                 kind: "terrain" | "terrain set",
                 ..
             } => Some("`terra terrains` lists them"),
+            ModelError::MissingValue { .. } => Some(INCOMPLETE),
             _ => None,
         };
         CliError::Usage {
@@ -166,6 +167,10 @@ impl From<ModelError> for CliError {
         }
     }
 }
+
+/// What to do about a soil that lacks what a model needs, where a file names the soil.
+const INCOMPLETE: &str = "write the soil as a table of parameters that names it (start = { ... }), or take another soil: \
+                          `terra terrains` shows what each gives";
 
 /// True for what a model finds out only while it runs: the soil, not the file, is to blame.
 fn happened(e: &ModelError) -> bool {
@@ -245,6 +250,10 @@ impl From<EstimatorError> for CliError {
                 message,
                 help: None,
             },
+            EstimatorError::Model {
+                source: ModelError::MissingValue { .. },
+                ..
+            } => CliError::usage(message, INCOMPLETE),
             EstimatorError::Observation { .. }
             | EstimatorError::TimeOrder { .. }
             | EstimatorError::NotPositiveDefinite { .. }

@@ -14,6 +14,7 @@ mod output;
 mod progress;
 pub mod report;
 mod robot;
+mod soils;
 mod start;
 mod sweep;
 pub mod tasks;

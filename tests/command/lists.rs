@@ -185,3 +185,44 @@ fn the_books_pages_are_those_of_the_registry() {
         "a page of something that is gone"
     );
 }
+
+/// A value that a source does not give is a dash in the table and null in JSON, never blank and never a number.
+#[test]
+fn missing_values_of_soils_are_missing() {
+    let folder = folder("list_missing");
+    let plain = terra(&folder, "terrains").ok().out;
+    let json: serde_json::Value =
+        serde_json::from_str(&terra(&folder, "terrains --json").ok().out).unwrap();
+    let header: Vec<&str> = plain
+        .lines()
+        .next()
+        .unwrap()
+        .split("  ")
+        .map(str::trim)
+        .collect();
+    let header: Vec<&str> = header.into_iter().filter(|c| !c.is_empty()).collect();
+    let place = |name: &str| header.iter().position(|c| *c == name).unwrap();
+    let mut missing = 0;
+    for soil in list(&json) {
+        let id = text(&soil["id"]);
+        let row = plain
+            .lines()
+            .find(|l| l.split_whitespace().next() == Some(id));
+        let cells: Vec<&str> = row.unwrap().split("  ").map(str::trim).collect();
+        let cells: Vec<&str> = cells.into_iter().filter(|c| !c.is_empty()).collect();
+        assert_eq!(cells.len(), header.len(), "{id}");
+        for (key, column) in [("shear_modulus", "K m"), ("c1", "c1"), ("c2", "c2")] {
+            let known = catalogue::find(id).unwrap();
+            let given = match key {
+                "shear_modulus" => known.shear_modulus,
+                "c1" => known.c1,
+                _ => known.c2,
+            };
+            assert_eq!(soil[key].as_f64(), given, "{id} {key}");
+            assert_eq!(cells[place(column)] == "-", given.is_none(), "{id} {key}");
+            missing += usize::from(given.is_none());
+        }
+    }
+    assert!(missing > 20, "{missing}");
+    assert!(plain.contains("'-': the source gives no value"), "{plain}");
+}

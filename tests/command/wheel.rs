@@ -1,5 +1,9 @@
 //! `terra wheel` against the drawbar pulls that must hold, and its table.
 
+use std::fs;
+
+use terra::model::{Contact, ForceLaw, Registry, catalogue};
+
 use crate::support::{Csv, folder, terra};
 
 const SLIPS: [f64; 7] = [0.02, 0.1, 0.2, 0.4, 0.6, 0.8, 0.95];
@@ -288,4 +292,192 @@ fn a_page_and_its_figures_hold_the_numbers_of_the_table() {
         "wheel --terrain dry_sand --radius_m 0.254 --width_m 0.15 --load_N 245.25 --slip 0.1 --figures table.csv",
     );
     assert_eq!((done.code, done.out.as_str()), (4, ""), "{}", done.err);
+}
+
+/// A file's soils stand beside those of the literature; an id that is in both is the file's.
+#[test]
+fn a_catalogue_of_ones_own() {
+    let at = folder("wheel_catalogue");
+    fs::write(
+        at.join("mine.csv"),
+        "id,set,name,n,kc_kN_m_n1,kphi_kN_m_n2,c_kPa,phi_deg,K_m,c1,c2,conf,source_note\n\
+         bench,mine,our bench,1.0,1.5,900,0.4,31,0.015,NA,NA,user,our plate tests\n\
+         dry_sand,mine,our dry sand,1.1,0.99,1528.43,1.04,28,0.02,0.38,0.41,user,our shear tests\n",
+    )
+    .unwrap();
+    let line = "wheel --radius_m 0.254 --width_m 0.15 --load_N 245.25 --slip 0.3";
+    let pull = |rest: &str| {
+        Csv::parse(&terra(&at, &format!("{line} {rest}")).ok().out).full("drawbar_pull_N")[0]
+    };
+    let law = Registry::builtin().law("wong-reece").unwrap();
+    let expected = |p: &[f64]| {
+        let wheel = Contact::new(0.3, 245.25, 0.254, 0.15);
+        law.forces(p, &wheel).unwrap().drawbar_pull
+    };
+    let close = |found: f64, expected: f64| {
+        assert!((found / expected - 1.0).abs() < 1e-9, "{found} {expected}");
+    };
+    // In the order k_c, k_phi, n, c, phi, K, c1, c2.
+    let bench = [1500.0, 9e5, 1.0, 400.0, 31f64.to_radians(), 0.015, 0.5, 0.0];
+    close(
+        pull("--terrain bench --catalogue mine.csv"),
+        expected(&bench),
+    );
+    let mut sand = catalogue::find("dry_sand")
+        .unwrap()
+        .parameters(law.model())
+        .unwrap();
+    close(pull("--terrain dry_sand"), expected(&sand));
+    sand[5] = 0.02;
+    close(
+        pull("--terrain dry_sand --catalogue mine.csv"),
+        expected(&sand),
+    );
+    let clay = catalogue::find("lean_clay_22")
+        .unwrap()
+        .parameters(law.model())
+        .unwrap();
+    close(
+        pull("--terrain lean_clay_22 --catalogue mine.csv"),
+        expected(&clay),
+    );
+    // Both names of the option, over the file's value as over the built-in one.
+    for name in ["--value", "--set"] {
+        close(
+            pull(&format!("--terrain dry_sand {name} shear_modulus=0.02")),
+            expected(&sand),
+        );
+    }
+
+    for (rest, code, says) in [
+        (
+            "--terrain bemch --catalogue mine.csv",
+            2,
+            "did you mean 'bench'",
+        ),
+        (
+            "--terrain dry_sand --catalogue nowhere.csv",
+            2,
+            "nowhere.csv",
+        ),
+        (
+            "--terrain dry_sand --catalogue mine.csv --csv mine.csv",
+            2,
+            "mine.csv",
+        ),
+        (
+            "--terrain dry_sand --value shear_modulus=0.02 --value shear_modulus=0.03",
+            2,
+            "already",
+        ),
+        (
+            "--terrain dry_sand --value shear_modulu=0.02",
+            2,
+            "did you mean 'shear_modulus'",
+        ),
+    ] {
+        let done = terra(&at, &format!("{line} {rest}"));
+        assert_eq!(done.code, code, "{rest}: {}", done.err);
+        assert!(done.err.contains(says), "{rest}: {}", done.err);
+    }
+    let mine = fs::read_to_string(at.join("mine.csv")).unwrap();
+    fs::write(
+        at.join("bad.csv"),
+        mine.replace(",user,our shear", ",sure,our shear"),
+    )
+    .unwrap();
+    let done = terra(&at, &format!("{line} --terrain bench --catalogue bad.csv"));
+    assert_eq!(done.code, 2);
+    for part in ["bad.csv:3:12", "conf", "'sure'", "A, B, C or user"] {
+        assert!(done.err.contains(part), "{part}: {}", done.err);
+    }
+}
+
+/// Everything that is missing is named at once, each with its reason and with what to add.
+#[test]
+fn what_a_soil_does_not_give_has_a_reason() {
+    let at = folder("wheel_missing");
+    let line = "wheel --radius_m 0.254 --width_m 0.15 --load_N 245.25 --slip 0.3 --terrain";
+    for (rest, parts) in [
+        (
+            "mer_b_sandy_loam",
+            &[
+                "mer_b_sandy_loam",
+                "its source gives none",
+                "--value shear_modulus=VALUE (m)",
+                "terra terrains",
+            ][..],
+        ),
+        (
+            "dry_sand --model compliant-tyre",
+            &[
+                "belongs to the wheel, not to the soil",
+                "--value tyre_pressure=VALUE (Pa)",
+            ],
+        ),
+        (
+            "mer_b_sandy_loam --model grouser-passive",
+            &[
+                "shear_modulus",
+                "its source gives none",
+                "unit_weight",
+                "no more",
+                "lug_height",
+                "lug_count",
+                "belongs to the wheel",
+            ],
+        ),
+    ] {
+        let done = terra(&at, &format!("{line} {rest}"));
+        assert_eq!(
+            (done.code, done.out.as_str()),
+            (2, ""),
+            "{rest}: {}",
+            done.err
+        );
+        for part in parts {
+            assert!(done.err.contains(part), "{part}: {}", done.err);
+        }
+    }
+    terra(
+        &at,
+        &format!("{line} mer_b_sandy_loam --value shear_modulus=0.01"),
+    )
+    .ok();
+}
+
+/// Every effect either changes what the wheel gives or is refused by name: sensors, the vehicle and its drivetrain, and what
+/// acts by a path, a side, a turn or an earlier pass have no place on one wheel.
+#[test]
+fn effects_that_change_no_force_of_one_wheel_are_refused() {
+    let at = folder("wheel_refused");
+    // Heavy enough to sink to a lower layer.
+    let line = "wheel --terrain dry_sand --radius_m 0.254 --width_m 0.15 --load_N 900 --slip 0.4 --model wong-reece";
+    let elsewhere = "multipass terrain-drift lateral-contrast lateral-bulldozing skid-steer-lateral-slip \
+        drivetrain-coulomb-friction drivetrain-viscous-friction torque-scale torque-bias torque-droop track-width-error \
+        cg-offset mass-error ground-speed-scale ground-speed-bias ground-speed-delay accel-bias slope tow-load aero-drag \
+        drawbar-gain drawbar-bias sinkage-bias";
+    let elsewhere: Vec<&str> = elsewhere.split_whitespace().collect();
+    let plain = terra(&at, line).ok().out;
+    for effect in Registry::builtin().effects() {
+        let name = effect.name();
+        let magnitude = 2.0 * effect.params()[0].prior_sd;
+        let done = terra(&at, &format!("{line}+{name}={magnitude}"));
+        if elsewhere.contains(&name) {
+            assert_eq!((done.code, done.out.as_str()), (2, ""), "{name}");
+            assert!(
+                done.err.contains(name) && done.err.contains("terra simulate"),
+                "{}",
+                done.err
+            );
+        } else {
+            assert_ne!(done.ok().out, plain, "{name}");
+        }
+    }
+    let all = Registry::builtin();
+    let known = |name: &&str| all.effect(name).is_ok();
+    assert!(elsewhere.iter().all(known));
+    let twice = terra(&at, &format!("{line}+slip-sinkage=0.1+slip-sinkage=0.2"));
+    assert_eq!(twice.code, 2);
+    assert!(twice.err.contains("slip-sinkage twice"), "{}", twice.err);
 }

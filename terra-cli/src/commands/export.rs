@@ -5,24 +5,19 @@ use std::path::Path;
 use serde_json::Value;
 use terra_data::{scm_json, slip_compliance, write_slip_compliance};
 use terra_model::Registry;
-use terra_model::catalogue::{self, Confidence, Terrain};
+use terra_model::catalogue::{Confidence, Missing, Terrain};
 
 use crate::args::{Export, ExportSoil};
 use crate::error::CliError;
 use crate::output;
+use crate::soils::{Soils, parameters, values};
 
 pub(crate) fn run(what: &Export) -> Result<(), CliError> {
     match what {
         Export::ScmJson { soil, out } => {
             claim(soil, out.as_deref())?;
             let terrain = terrain(soil)?;
-            if terrain.shear_modulus.is_none() {
-                return Err(CliError::usage(
-                    format!("'{}' has no shear modulus, which Chrono needs", terrain.id),
-                    "`terra terrains` shows which soils have one (K)",
-                ));
-            }
-            output::json(out.as_deref(), &scm_json(&terrain))
+            output::json(out.as_deref(), &chrono(&terrain)?)
         }
         Export::SlipCompliance {
             soil,
@@ -30,6 +25,7 @@ pub(crate) fn run(what: &Export) -> Result<(), CliError> {
             width,
             load,
             model,
+            value,
             tolerance,
             out,
         } => {
@@ -41,7 +37,7 @@ pub(crate) fn run(what: &Export) -> Result<(), CliError> {
                 ));
             }
             let law = Registry::builtin().law(model)?;
-            let p = terrain(soil)?.parameters(law.model())?;
+            let p = parameters(&terrain(soil)?, law.model(), &values(value)?)?;
             let table = slip_compliance(&law, &p, *radius, *width, load, *tolerance)?;
             let mut csv = vec![];
             write_slip_compliance(&mut csv, &table).map_err(|reason| CliError::Write {
@@ -53,12 +49,25 @@ pub(crate) fn run(what: &Export) -> Result<(), CliError> {
     }
 }
 
+/// A soil as Chrono's JSON.
+pub(super) fn chrono(soil: &Terrain) -> Result<Value, CliError> {
+    if soil.shear_modulus.is_none() {
+        return Err(CliError::usage(
+            format!(
+                "'{}' has no shear modulus, which Chrono needs: {}",
+                soil.id,
+                Missing::NoSource
+            ),
+            "`terra terrains` shows which soils have one (K)",
+        ));
+    }
+    Ok(scm_json(soil))
+}
+
 fn claim(soil: &ExportSoil, out: Option<&Path>) -> Result<(), CliError> {
-    let inputs: Vec<&Path> = if is_file(&soil.soil) {
-        vec![Path::new(&soil.soil)]
-    } else {
-        vec![]
-    };
+    let identified = is_file(&soil.soil).then(|| Path::new(&soil.soil));
+    let own = soil.catalogue.as_deref();
+    let inputs: Vec<&Path> = identified.into_iter().chain(own).collect();
     output::claim(&[out], &inputs)
 }
 
@@ -68,10 +77,11 @@ fn is_file(soil: &str) -> bool {
         .is_some_and(|e| e.eq_ignore_ascii_case("json"))
 }
 
-/// A soil of the catalogue, or the refined one of an identification.
+/// A soil of the catalogues, or the refined one of an identification.
 fn terrain(asked: &ExportSoil) -> Result<Terrain, CliError> {
+    let soils = Soils::open(asked.catalogue.as_deref())?;
     if !is_file(&asked.soil) {
-        return Ok(catalogue::find(&asked.soil)?.clone());
+        return Ok(soils.find(&asked.soil)?.clone());
     }
     let bad = |why: String| {
         CliError::data(
@@ -101,17 +111,17 @@ fn terrain(asked: &ExportSoil) -> Result<Terrain, CliError> {
                 )
             })?,
     };
-    refined(group).map_err(|why| bad(format!("group '{}': {why}", name(group))))
+    refined(group, &soils).map_err(|why| bad(format!("group '{}': {why}", name(group))))
 }
 
 /// The refined soil of a group: what was fitted, over the soil it started from. A wheel knows only
 /// k_eq = k_c/b + k_phi, so a soil for its own width has it all as k_phi.
-fn refined(group: &Value) -> Result<Terrain, String> {
+fn refined(group: &Value, soils: &Soils) -> Result<Terrain, String> {
     let refined = &group["refined"];
     let start = refined["start"]
         .as_str()
         .ok_or("was not refined, so it has no soil of its own")?;
-    let mut soil = catalogue::find(start).map_err(|e| e.to_string())?.clone();
+    let mut soil = soils.find(start).map_err(|e| e.to_string())?.clone();
     let parameters = refined["parameters"]
         .as_object()
         .ok_or("no parameters in it")?;
@@ -135,5 +145,6 @@ fn refined(group: &Value) -> Result<Terrain, String> {
     soil.id = format!("{start}_refined").into();
     soil.set = "own".into();
     soil.confidence = Confidence::Own;
+    soil.source = format!("refined by `terra identify` from {start} ({})", soil.source).into();
     Ok(soil)
 }

@@ -1,21 +1,25 @@
 //! `terra identifiability`: what a set of slips and loads could tell, and which rows would tell more.
 
+use std::path::Path;
 use std::sync::Arc;
 
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 use serde_json::{Value, json};
+use terra_data::names_a_file;
 use terra_mme::{
-    Centre, Design, DesignNoise, FitSpace, FurtherRow, Hypothesis, HypothesisSet, Identifiability,
-    Priors, Profile, identifiability, profiles, separating_rows, separation,
+    Centre, Design, DesignNoise, EstimatorError, FitSpace, FurtherRow, Hypothesis, HypothesisSet,
+    Identifiability, Priors, Profile, identifiability, profiles, separating_rows, separation,
 };
-use terra_model::{Contact, Law, Registry, catalogue, nearest};
+use terra_model::catalogue::Terrain;
+use terra_model::{Contact, ForceLaw, Law, ModelError, Registry, nearest};
 
 use crate::args::IdentifiabilityArgs;
-use crate::commands::wheel::slips;
+use crate::commands::wheel::{on_a_wheel, slips, with};
 use crate::error::CliError;
 use crate::output::{self, short, table};
 use crate::report;
+use crate::soils::{Soils, parameters, values};
 
 /// Nats below which two soils are not told apart: odds of twenty to one.
 const APART: f64 = 3.0;
@@ -46,18 +50,37 @@ struct Answer {
     units: Vec<&'static str>,
     pairs: Vec<Pair>,
     soils: usize,
+    /// True where the model takes nothing from the soils by which they differ.
+    one: bool,
+    /// Soils of the set that the model cannot be asked about, and why.
+    left_out: Vec<(String, String)>,
+    /// Values in place of the soils'.
+    values: Vec<(String, f64)>,
     candidates: Vec<Contact<f64>>,
     sharper: Vec<FurtherRow>,
     separating: Vec<FurtherRow>,
 }
 
 pub(crate) fn run(args: &IdentifiabilityArgs) -> Result<(), CliError> {
-    output::claim_with(&args.report, &[args.json.as_deref()], &[])?;
+    let set_file = names_a_file(&args.set).then(|| Path::new(&args.set));
+    let inputs: Vec<&Path> = args
+        .soil
+        .catalogue
+        .as_deref()
+        .into_iter()
+        .chain(set_file)
+        .collect();
+    output::claim_with(&args.report, &[args.json.as_deref()], &inputs)?;
     let noise = noise(&args.noise)?;
     let answer = ask(args, noise)?;
     output::report(&args.report, || report::Page {
         title: "What could these rows tell?".to_owned(),
-        subtitle: format!("{} on {}", args.model, args.terrain),
+        subtitle: format!(
+            "{} on {}{}",
+            args.model,
+            args.soil.terrain,
+            with(&args.value)
+        ),
         sections: vec![report::profiles_section(&report::ProfilesView {
             title: "Identifiability".to_owned(),
             lead: lead(&answer),
@@ -132,20 +155,36 @@ fn contacts(args: &IdentifiabilityArgs, slips: &[f64], loads: &[f64]) -> Vec<Con
 
 fn ask(args: &IdentifiabilityArgs, noise: DesignNoise) -> Result<Answer, CliError> {
     let law = Arc::new(Registry::builtin().law(&args.model)?);
-    let terrain = catalogue::find(&args.terrain)?;
+    on_a_wheel(&law)?;
+    let given = values(&args.value)?;
+    let soils = Soils::open(args.soil.catalogue.as_deref())?;
+    // Effects start at magnitude 0.
+    let of = |soil: &Terrain| {
+        let mut p = parameters(soil, law.model(), &given)?;
+        p.resize(law.params().len(), 0.0);
+        Ok::<_, CliError>(p)
+    };
+    let start = of(soils.find(&args.soil.terrain)?)?;
     let space = FitSpace::new(
         &law,
-        Centre::Terrain(terrain),
+        Centre::Parameters(&start),
         &args.widths,
         &Priors::default(),
-    )?;
+    )
+    .map_err(|e| match e {
+        EstimatorError::NoPrior { parameter } => CliError::usage(
+            format!("{parameter} is 0, around which there is no spread to ask with"),
+            format!("give it a value above 0: --value {parameter}=VALUE in SI units"),
+        ),
+        other => other.into(),
+    })?;
     let q = vec![0.0; space.dim()];
     let design = Design::new(&law, &space, noise)?;
     let rows = contacts(args, &slips(&args.slip)?, &args.loads);
     let (jac, infeasible) = design.jacobian(&q, &rows)?;
     if infeasible == rows.len() {
         return Err(CliError::usage(
-            format!("{} carries none of these loads", args.terrain),
+            format!("{} carries none of these loads", args.soil.terrain),
             "a lighter wheel, or another soil",
         ));
     }
@@ -160,7 +199,37 @@ fn ask(args: &IdentifiabilityArgs, noise: DesignNoise) -> Result<Answer, CliErro
     let count = usize::from(args.add);
     let sharper = design.more_rows(&q, &rows, &candidates, count)?;
 
-    let set = HypothesisSet::from_catalogue(&law, &args.set)?;
+    let mut known = vec![];
+    let mut left_out = vec![];
+    for soil in soils.set(&args.set)? {
+        let parameters = of(&soil).map_err(|e| of_set(e, &args.set))?;
+        // A soil beyond the model's range is none under it: no exponent above 1.3 under bekker-compaction.
+        let refused = rows
+            .first()
+            .and_then(|at| law.forces(&parameters, at).err());
+        if let Some(why @ ModelError::Parameter { .. }) = refused {
+            left_out.push((soil.id.to_string(), why.to_string()));
+            continue;
+        }
+        known.push(Hypothesis {
+            parameters,
+            id: soil.id.to_string(),
+            law: Arc::clone(&law),
+        });
+    }
+    if let ([], [(_, why), ..]) = (known.as_slice(), left_out.as_slice()) {
+        return Err(CliError::usage(
+            format!(
+                "--set {}: the model takes none of its soils: {why}",
+                args.set
+            ),
+            "another --set, another --model, or a --value within its range",
+        ));
+    }
+    let alone = known
+        .windows(2)
+        .all(|pair| matches!(pair, [a, b] if a.parameters == b.parameters));
+    let set = HypothesisSet::new(known)?;
     let all: Vec<(&Hypothesis, &Hypothesis)> = pairs_of(set.hypotheses());
     let nats = |pair: &(&Hypothesis, &Hypothesis), at: &Contact<f64>| {
         separation(&law, &noise, [&pair.0.parameters, &pair.1.parameters], at)
@@ -181,7 +250,7 @@ fn ask(args: &IdentifiabilityArgs, noise: DesignNoise) -> Result<Answer, CliErro
         .collect::<Result<Vec<_>, _>>()?;
     let table = DMatrix::from_fn(alike.len(), candidates.len(), |r, c| table[r][c]);
     let stand: Vec<f64> = alike.iter().map(|&k| stands[k]).collect();
-    let separating = if alike.is_empty() {
+    let separating = if alike.is_empty() || alone {
         vec![]
     } else {
         separating_rows(&stand, &table, count)
@@ -198,6 +267,9 @@ fn ask(args: &IdentifiabilityArgs, noise: DesignNoise) -> Result<Answer, CliErro
     Ok(Answer {
         rows: rows.len(),
         soils: set.len(),
+        one: alone && set.len() > 1,
+        left_out,
+        values: given.iter().map(|(n, v)| ((*n).to_owned(), *v)).collect(),
         law,
         infeasible,
         found,
@@ -208,6 +280,17 @@ fn ask(args: &IdentifiabilityArgs, noise: DesignNoise) -> Result<Answer, CliErro
         sharper,
         separating,
     })
+}
+
+/// An error about a soil of the set, not about the one around which is asked.
+fn of_set(error: CliError, set: &str) -> CliError {
+    match error {
+        CliError::Usage { message, help } => CliError::Usage {
+            message: format!("--set {set}: {message}"),
+            help: help.map(|h| format!("{h}; a --value holds for every soil of the set")),
+        },
+        other => other,
+    }
 }
 
 fn pairs_of(all: &[Hypothesis]) -> Vec<(&Hypothesis, &Hypothesis)> {
@@ -248,7 +331,7 @@ fn summary(args: &IdentifiabilityArgs, answer: &Answer) -> String {
     if answer.infeasible > 0 {
         out.push_str(&format!(
             "{} rows lie beyond what {} carries\n",
-            answer.infeasible, args.terrain
+            answer.infeasible, args.soil.terrain
         ));
     }
     for u in &answer.found.undetermined {
@@ -279,13 +362,27 @@ fn summary(args: &IdentifiabilityArgs, answer: &Answer) -> String {
         &["parameter", "95 % from", "to, without prior"],
         &rows,
     ));
-    out.push_str(&format!(
-        "\n{} pairs of {} soils in {} stay within {APART} nats\n",
-        answer.pairs.len(),
-        answer.soils,
-        args.set
-    ));
-    for p in answer.pairs.iter().take(LISTED) {
+    out.push('\n');
+    for (soil, why) in &answer.left_out {
+        out.push_str(&format!("{soil} of {} is left out: {why}\n", args.set));
+    }
+    if answer.one {
+        out.push_str(&format!(
+            "the {} soils in {} differ in no parameter of {}: no row tells them apart\n",
+            answer.soils,
+            args.set,
+            answer.law.model().name()
+        ));
+    } else {
+        out.push_str(&format!(
+            "{} pairs of {} soils in {} stay within {APART} nats\n",
+            answer.pairs.len(),
+            answer.soils,
+            args.set
+        ));
+    }
+    let listed = if answer.one { 0 } else { LISTED };
+    for p in answer.pairs.iter().take(listed) {
         out.push_str(&format!("  {} ~ {} ({} nats)\n", p.a, p.b, short(p.nats)));
     }
     let several = args.widths.len() > 1;
@@ -330,7 +427,8 @@ fn as_json(args: &IdentifiabilityArgs, answer: &Answer) -> Value {
     };
     json!({
         "schema": "terra-identifiability/1",
-        "model": args.model, "terrain": args.terrain,
+        "model": args.model, "terrain": args.soil.terrain,
+        "values": answer.values.iter().map(|(n, v)| (n.clone(), json!(v))).collect::<serde_json::Map<_, _>>(),
         "rows": { "asked": answer.rows, "no_equilibrium": answer.infeasible },
         "rank": answer.found.rank,
         "parameters": answer.profiles.len(),
@@ -344,6 +442,7 @@ fn as_json(args: &IdentifiabilityArgs, answer: &Answer) -> Value {
             "points": p.points.iter().map(|(x, d)| json!([x, d])).collect::<Vec<_>>(),
         })).collect::<Vec<_>>(),
         "alike": answer.pairs.iter().map(|p| json!({ "soils": [p.a, p.b], "nats": p.nats })).collect::<Vec<_>>(),
+        "left_out": answer.left_out.iter().map(|(soil, why)| json!({ "soil": soil, "reason": why })).collect::<Vec<_>>(),
         "more_rows": { "sharpen": further(&answer.sharper), "separate": further(&answer.separating) },
         "provenance": { "terra": env!("CARGO_PKG_VERSION") },
     })

@@ -2,10 +2,11 @@
 
 use std::path::Path;
 
-use terra_data::{ImportKind, ImportedLog, import, read_scm_json, scm_json, write_terrains};
+use terra_data::{ImportKind, ImportedLog, import, read_scm_json, write_terrains};
 use terra_model::catalogue;
 
 use crate::args::ImportArg;
+use crate::commands::export::chrono;
 use crate::error::CliError;
 use crate::output;
 
@@ -90,13 +91,7 @@ fn terrain(source: &Path, out: &Path) -> Result<(), CliError> {
     };
     if json(out) && !json(source) {
         let soil = catalogue::find(&source.to_string_lossy())?;
-        if soil.shear_modulus.is_none() {
-            return Err(CliError::usage(
-                format!("'{}' has no shear modulus, which Chrono needs", soil.id),
-                "`terra terrains` shows which soils have one (K)",
-            ));
-        }
-        return output::json(Some(out), &scm_json(soil));
+        return output::json(Some(out), &chrono(soil)?);
     }
     let soil = read_scm_json(source)?;
     write_terrains(out, std::slice::from_ref(&soil))?;

@@ -266,7 +266,10 @@ pub(crate) fn terrains(as_json: bool) -> Result<(), CliError> {
     ];
     let mut text = table(&header, &rows);
     text.push_str(
-        "\ntrust: A several public copies agree, B one copy, C recalled: check before use. A missing value is '-'.\n",
+        "\ntrust: A several public copies agree, B one copy, C recalled: check before use.\n\
+         '-': the source gives no value. A model that needs K refuses such a soil (--value shear_modulus=... gives one); c1 and c2 \
+         are then .5 and 0, the apex at half the entry angle. What belongs to the wheel (tyre pressure, lugs) and what other \
+         pressure or shear laws ask for is in no row: see `terra models`.\n",
     );
     let json = terrains_json();
     emit(as_json, json, text)

@@ -269,7 +269,7 @@ fn effect_page(
     }
 }
 
-fn acts_on(touch: Touch) -> &'static str {
+pub(super) fn acts_on(touch: Touch) -> &'static str {
     match touch {
         Touch::Contact => "the contact of wheel and soil",
         Touch::Forces => "the forces of the wheel",

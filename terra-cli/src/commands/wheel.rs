@@ -2,12 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
-use terra_model::{Contact, ForceLaw, Law, ModelError, Registry, StressProfile, catalogue};
+use terra_model::{AnyEffect, Contact, ForceLaw, Law, ModelError, Registry, StressProfile, Touch};
 
 use crate::args::WheelArgs;
+use crate::commands::pages::acts_on;
 use crate::error::CliError;
 use crate::output;
 use crate::report::{self, WheelRow};
+use crate::soils::{Soils, parameters, values};
 
 const HEADER: &str = "slip,normal_load_N,drawbar_pull_N,torque_N_m,thrust_N,motion_resistance_N,sinkage_m,entry_angle_rad,max_stress_angle_rad,max_normal_stress_Pa,max_shear_stress_Pa,status";
 /// What `--contributions` adds: drawbar pull = rim and lug thrust - compaction and bulldozing resistance + the other.
@@ -20,10 +22,13 @@ const POINTS: usize = 101;
 pub(crate) fn run(args: &WheelArgs) -> Result<(), CliError> {
     let stress_file = args.csv.as_deref().filter(|_| args.stress).map(stress_path);
     let tables = [args.csv.as_deref(), stress_file.as_deref()];
-    output::claim_with(&args.report, &tables, &[])?;
+    let inputs: Vec<&Path> = args.soil.catalogue.as_deref().into_iter().collect();
+    output::claim_with(&args.report, &tables, &inputs)?;
     let slips = slips(&args.slip)?;
     let (law, magnitudes) = law(&Registry::builtin().with_forms(), &args.model)?;
-    let mut p = parameters(&args.terrain, &law, &args.set)?;
+    let given = values(&args.value)?;
+    let soils = Soils::open(args.soil.catalogue.as_deref())?;
+    let mut p = parameters(soils.find(&args.soil.terrain)?, law.model(), &given)?;
     p.extend(magnitudes);
 
     let mut csv = HEADER.to_owned();
@@ -128,39 +133,23 @@ fn page(args: &WheelArgs, rows: Vec<WheelRow>) -> report::Page {
     report::Page {
         title: "What does the ground give this wheel?".to_owned(),
         subtitle: format!(
-            "{} on {}: radius {} m, width {} m, load {} N",
-            args.model, args.terrain, args.radius, args.width, args.load
+            "{} on {}: radius {} m, width {} m, load {} N{}",
+            args.model,
+            args.soil.terrain,
+            args.radius,
+            args.width,
+            args.load,
+            with(&args.value)
         ),
         sections: vec![report::wheel_section(&view)],
         provenance: vec![("terra".to_owned(), env!("CARGO_PKG_VERSION").to_owned())],
     }
 }
 
-/// The soil as parameters of the model, with those that were set.
-fn parameters(terrain: &str, law: &Law, set: &[String]) -> Result<Vec<f64>, CliError> {
-    let given = set
-        .iter()
-        .map(|text| {
-            let value = text
-                .split_once('=')
-                .and_then(|(name, value)| Some((name.trim(), value.trim().parse::<f64>().ok()?)))
-                .filter(|(_, value)| value.is_finite());
-            value.ok_or_else(|| {
-                CliError::usage(
-                    format!("--set {text}: expected NAME=VALUE"),
-                    "write for example --set tyre_pressure=60000; `terra models` names parameters and units",
-                )
-            })
-        })
-        .collect::<Result<Vec<_>, _>>()?;
-    let found = catalogue::find(terrain)?.parameters_with(law.model(), &given);
-    found.map_err(|error| match error {
-        ModelError::MissingValue { parameter, .. } => CliError::usage(
-            error.to_string(),
-            format!("add --set {parameter}=VALUE in SI units"),
-        ),
-        other => other.into(),
-    })
+/// Values in place of the soil's, for a line of text.
+pub(super) fn with(values: &[String]) -> String {
+    let all: Vec<String> = values.iter().map(|v| format!(", {}", v.trim())).collect();
+    all.concat()
 }
 
 fn stress_path(path: &Path) -> PathBuf {
@@ -202,7 +191,45 @@ pub(crate) fn law(registry: &Registry, text: &str) -> Result<(Law, Vec<f64>), Cl
         };
         magnitudes.push(value);
     }
-    Ok((registry.law(&names.join("+"))?, magnitudes))
+    let law = registry.law(&names.join("+"))?;
+    on_a_wheel(&law)?;
+    Ok((law, magnitudes))
+}
+
+/// Refuses effects that leave the forces of a wheel on its own as they are: those of sensors, vehicles and drivetrains, and
+/// those that act by what such a wheel does not have.
+pub(super) fn on_a_wheel(law: &Law) -> Result<(), CliError> {
+    for effect in law.effects() {
+        if let Some(place) = elsewhere(&**effect) {
+            return Err(CliError::usage(
+                format!(
+                    "effect {} acts on {place}: it changes no force of one wheel",
+                    effect.name()
+                ),
+                "leave it out here; `terra simulate` makes logs with it",
+            ));
+        }
+        if !effect.reads().is_empty() {
+            let by: Vec<&str> = effect.reads().iter().map(|r| r.name()).collect();
+            return Err(CliError::usage(
+                format!(
+                    "effect {} acts by the {}, which one wheel at a slip and a load does not have: it changes nothing",
+                    effect.name(),
+                    by.join(", ")
+                ),
+                "leave it out here; `terra simulate` makes logs with it",
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// Where an effect acts that does not act on a wheel.
+fn elsewhere(effect: &dyn AnyEffect) -> Option<String> {
+    let touches = effect.touches();
+    let on_it = |t: &Touch| matches!(t, Touch::Contact | Touch::Forces);
+    let places: Vec<&str> = touches.iter().map(|t| acts_on(*t)).collect();
+    (!touches.iter().any(on_it)).then(|| places.join(", "))
 }
 
 /// `A:B:STEP`, B included to rounding, or one number.
