@@ -39,6 +39,14 @@ fn sha256_of(path: &Path) -> String {
     digest().unwrap_or_default()
 }
 
+/// The whole of a file of measurements.
+pub(crate) fn bytes(path: &Path) -> Result<Vec<u8>, CliError> {
+    std::fs::read(path).map_err(|e| CliError::BadData {
+        message: format!("{}: cannot be read: {e}", path.display()),
+        help: None,
+    })
+}
+
 /// The rover file, with its fingerprint.
 pub(crate) fn rover(path: &Path) -> Result<(Rover, String), CliError> {
     rover_with(path, &Registry::builtin())
@@ -60,11 +68,7 @@ pub(crate) struct LogFile<'a> {
 impl<'a> LogFile<'a> {
     pub(crate) fn open(path: &'a Path) -> Result<Self, CliError> {
         let piped = if is_pipe(path) {
-            let bytes = std::fs::read(path).map_err(|e| CliError::BadData {
-                message: format!("{}: cannot be read: {e}", path.display()),
-                help: None,
-            })?;
-            Some(bytes)
+            Some(bytes(path)?)
         } else {
             None
         };

@@ -15,6 +15,7 @@ use terra_model::{Law, Registry};
 use terra_sim::{Scenario, SimError, simulate_drive, simulate_rig};
 
 use crate::args::{HoldOutArg, ImportArg};
+use crate::bevameter::{Columns, Kind, fit, read, to_json as to_bevameter_json};
 use crate::commands::gap::hold_out as hold_out_of;
 use crate::commands::{
     estimate as estimating, gap_case as diagnosing, identify as weighing, import as importing,
@@ -108,6 +109,30 @@ pub fn inspect(log: &Source, rover: Option<&Source>) -> Result<Value, CliError> 
     let file = log.log()?;
     let found = looking::look(log.name(), &file, given.map(|(r, _)| r))?;
     Ok(looking::as_json(log.name(), &file, &found))
+}
+
+/// `terra bevameter --json`: soil from plates (`plate`) or from shear tests (`shear`).
+///
+/// # Errors
+/// As the command; another kind.
+pub fn bevameter(log: &Source, kind: &str, columns: Option<&Path>) -> Result<Value, CliError> {
+    let kind = match kind {
+        "plate" => Kind::Plate,
+        "shear" => Kind::Shear,
+        other => {
+            return Err(CliError::usage(
+                format!("kind = '{other}'"),
+                "expected plate or shear",
+            ));
+        }
+    };
+    let columns = columns.map(Columns::read).transpose()?.unwrap_or_default();
+    let tests = match log {
+        Source::File(path) => read(path, &input::bytes(path)?, kind, &columns)?,
+        Source::Memory { bytes, .. } => read(log.name(), bytes, kind, &columns)?,
+    };
+    let soils = fit(kind, &tests, &columns)?;
+    Ok(to_bevameter_json(kind, &tests, &soils))
 }
 
 /// The log of `terra import`, as the CSV it writes, with what its user should know.

@@ -69,6 +69,21 @@ pub(crate) fn inspect<'py>(
 }
 
 #[pyfunction]
+#[pyo3(signature = (log, kind, columns=None))]
+pub(crate) fn bevameter<'py>(
+    py: Python<'py>,
+    log: Given,
+    kind: String,
+    columns: Option<PathBuf>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let log: Source = log.into();
+    let done = interrupt::run(py, move || {
+        tasks::bevameter(&log, &kind, columns.as_deref())
+    })?;
+    to_python(py, &done.map_err(raise)?)
+}
+
+#[pyfunction]
 #[pyo3(signature = (kind, source, map=None))]
 pub(crate) fn import_log<'py>(
     py: Python<'py>,

@@ -51,6 +51,42 @@ def test_stresses(command, tmp_path):
         same(values, said[name])
 
 
+def test_contributions(command):
+    said = columns(
+        command("wheel", "--terrain", "upland_sandy_loam", "--radius_m", "0.254", "--width_m", "0.15", "--load_N",
+                "245.25", "--slip", "0.1:0.5:0.1", "--contributions", "--model",
+                "wong-reece+grousers/passive-lug=0.01+bulldozing=1")
+    )  # fmt: skip
+    slip = [float(s) for s in said["slip"]]
+    found = terra.wheel_forces("upland_sandy_loam", slip, 245.25, radius=0.254, width=0.15,
+                               model="wong-reece+grousers/passive-lug=0.01+bulldozing=1")  # fmt: skip
+    for name in ["rim_thrust_N", "lug_thrust_N", "compaction_resistance_N", "bulldozing_resistance_N", "other_force_N"]:
+        same(found[name], said[name])
+
+
+@pytest.mark.parametrize("in_memory", [False, True])
+def test_bevameter(command, tmp_path, in_memory):
+    sinkage = np.linspace(0.001, 0.06, 60)
+    log = {name: np.concatenate(parts) for name, parts in {
+        "test": [np.repeat(["a"], 60), np.repeat(["b"], 60)],
+        "plate_diameter_m": [np.full(60, 0.06), np.full(60, 0.1)],
+        "sinkage_m": [sinkage, sinkage],
+        "pressure_Pa": [(74.6e3 / b + 2080e3) * sinkage**1.1 for b in (0.03, 0.05)],
+    }.items()}  # fmt: skip
+    path = tmp_path / "plates.csv"
+    rows = zip(*(values.tolist() for values in log.values()))
+    path.write_text("\n".join([",".join(log), *(",".join(map(str, r)) for r in rows)]) + "\n")
+    out = tmp_path / "out.json"
+    command("bevameter", path, "--kind", "plate", "--json", out)
+    said = json.loads(out.read_text())
+    found = terra.bevameter(log if in_memory else path, "plate")
+    assert found["soils"] == said["soils"]
+    bekker = next(law for law in found["soils"][0]["laws"] if law["law"] == "bekker")
+    assert abs(bekker["parameters"]["sinkage_exponent"]["value"] - 1.1) < 2e-3
+    with pytest.raises(terra.ConfigurationError, match="plate or shear"):
+        terra.bevameter(log, "cone")
+
+
 def test_simulate(logs, examples):
     for scenario, file in [("paper/lean_clay.toml", "drive.csv"), ("rig/slip_sinkage.toml", "rig.csv")]:
         log, truth = terra.simulate(examples / scenario)

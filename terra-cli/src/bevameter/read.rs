@@ -40,16 +40,17 @@ enum Cell {
     LeftOut,
 }
 
-/// Reads a file of tests.
+/// Reads the bytes of a file of tests; `name` is the file's in messages.
 ///
 /// # Errors
 /// Data errors with file, line and column.
-pub(crate) fn read(path: &Path, kind: Kind, columns: &Columns) -> Result<Tests, CliError> {
-    let file = path.display().to_string();
-    let bytes = std::fs::read(path).map_err(|e| CliError::BadData {
-        message: format!("{file}: cannot be read: {e}"),
-        help: None,
-    })?;
+pub(crate) fn read(
+    name: &Path,
+    bytes: &[u8],
+    kind: Kind,
+    columns: &Columns,
+) -> Result<Tests, CliError> {
+    let file = name.display().to_string();
     let fail = |place: String, message: String| CliError::BadData {
         message: format!("{file}:{place}: {message}"),
         help: None,
@@ -57,7 +58,7 @@ pub(crate) fn read(path: &Path, kind: Kind, columns: &Columns) -> Result<Tests, 
     let mut reader = csv::ReaderBuilder::new()
         .comment(Some(b'#'))
         .trim(csv::Trim::All)
-        .from_reader(bytes.as_slice());
+        .from_reader(bytes);
     let header: Vec<String> = reader
         .headers()
         .map_err(|e| fail("1".to_owned(), e.to_string()))?
@@ -88,7 +89,7 @@ pub(crate) fn read(path: &Path, kind: Kind, columns: &Columns) -> Result<Tests, 
         None
     };
     let mut out = Tests {
-        sha256: sha256(&bytes),
+        sha256: sha256(bytes),
         file: file.clone(),
         soils: vec![],
         rows: 0,

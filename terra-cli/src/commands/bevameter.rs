@@ -3,6 +3,7 @@
 use crate::args::{BevameterArgs, BevameterKind};
 use crate::bevameter::{Columns, Kind, Soil, Tests, fit, read, to_json};
 use crate::error::CliError;
+use crate::input;
 use crate::output::{self, short, table};
 use crate::report;
 
@@ -20,7 +21,8 @@ pub(crate) fn run(args: &BevameterArgs) -> Result<(), CliError> {
         Some(path) => Columns::read(path)?,
         None => Columns::default(),
     };
-    let tests = read(&args.log, kind, &columns)?;
+    let bytes = input::bytes(&args.log)?;
+    let tests = read(&args.log, &bytes, kind, &columns)?;
     let soils = fit(kind, &tests, &columns)?;
     output::report(&args.report, || report::Page {
         title: match kind {

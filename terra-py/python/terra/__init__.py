@@ -42,6 +42,7 @@ __all__ = [
     "Registry",
     "TerraError",
     "__version__",
+    "bevameter",
     "effects",
     "estimate",
     "estimators",
@@ -182,6 +183,20 @@ def simulate(
 def inspect(log: Log, rover: Rover | None = None) -> dict[str, Any]:
     """What is in a log, and what in it looks wrong: the content of ``terra inspect --json``."""
     return _terra.inspect(_log(log), None if rover is None else _rover(rover))
+
+
+def bevameter(
+    log: Log, kind: str, *, columns: str | os.PathLike[str] | None = None
+) -> dict[str, Any]:
+    """Soil from plates pressed into the ground or from shear tests: the content of ``terra bevameter --json``.
+
+    Args:
+        log: a path or columns: ``test``, ``plate_diameter_m``, ``sinkage_m``, ``pressure_Pa``, or ``test``,
+            ``normal_stress_Pa``, ``shear_displacement_m``, ``shear_stress_Pa``; ``soil`` keeps soils apart.
+        kind: ``"plate"`` or ``"shear"``.
+        columns: a file with other names and units (TOML).
+    """
+    return _terra.bevameter(_log(log), kind, columns)
 
 
 def import_log(
