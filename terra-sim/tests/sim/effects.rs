@@ -191,3 +191,31 @@ fn wrong_effects_are_typed_errors() {
         SimError::Magnitude { .. }
     ));
 }
+
+/// One form of an effect acts once, whatever it acts on and whatever its magnitude; the bare name is the default form.
+#[test]
+fn an_effect_named_twice_is_refused() {
+    let named = |second: EffectSetting| {
+        let mut scenario = quiet_ramp("dry_sand");
+        let first = EffectSetting::new(second.name.clone(), 0.1);
+        scenario.effects.extend([first, second]);
+        simulate_drive(&scenario, &paper::light_rover(), &Registry::builtin())
+    };
+    let default = EffectSetting {
+        form: Some("default".to_owned()),
+        ..EffectSetting::new("slip-sinkage", 0.1)
+    };
+    for second in [
+        EffectSetting::new("torque-bias", 0.2),
+        EffectSetting::new("slip-sinkage", 0.0),
+        default,
+    ] {
+        let said = named(second).unwrap_err().to_string();
+        assert!(said.contains("twice"), "{said}");
+    }
+    let other = EffectSetting {
+        form: Some("excavation".to_owned()),
+        ..EffectSetting::new("slip-sinkage", 0.1)
+    };
+    assert!(named(other).is_ok());
+}
