@@ -18,8 +18,8 @@ use crate::args::{HoldOutArg, ImportArg};
 use crate::bevameter::{Columns, Kind, fit, read, to_json as to_bevameter_json};
 use crate::commands::gap::hold_out as hold_out_of;
 use crate::commands::{
-    estimate as estimating, gap_case as diagnosing, identify as weighing, import as importing,
-    inspect as looking, lists, simulate as simulating, wheel as wheels,
+    estimate as estimating, gap_case as diagnosing, identifiability as rows, identify as weighing,
+    import as importing, inspect as looking, lists, simulate as simulating, wheel as wheels,
 };
 use crate::error::CliError;
 use crate::identify::{self, IdentifyOptions, identify_drive, identify_rig};
@@ -133,6 +133,64 @@ pub fn bevameter(log: &Source, kind: &str, columns: Option<&Path>) -> Result<Val
     };
     let soils = fit(kind, &tests, &columns)?;
     Ok(to_bevameter_json(kind, &tests, &soils))
+}
+
+/// What `terra identifiability` asks beside soil, wheel, slips and loads; the defaults are the command's.
+#[derive(Clone, Debug)]
+pub struct IdentifiabilityOptions {
+    /// Terrain model, with effects.
+    pub model: String,
+    /// A file with soils of one's own.
+    pub catalogue: Option<PathBuf>,
+    /// Parameters in place of the soils' own, SI.
+    pub values: Vec<(String, f64)>,
+    /// Measured channels with their sd.
+    pub noise: Vec<(String, f64)>,
+    /// Soils that should be told apart.
+    pub set: String,
+    /// Further rows to propose.
+    pub add: usize,
+}
+
+/// `terra identifiability --json`: what rows at these slips, loads \[N\] and widths \[m\] could tell.
+///
+/// # Errors
+/// As the command.
+pub fn identifiability(
+    terrain: &str,
+    radius: f64,
+    widths: &[f64],
+    loads: &[f64],
+    slips: &[f64],
+    options: &IdentifiabilityOptions,
+) -> Result<Value, CliError> {
+    for (what, values) in [("widths", widths), ("loads", loads), ("slips", slips)] {
+        if values.is_empty() {
+            return Err(CliError::usage(
+                format!("no {what}"),
+                "rows are made of slips, loads and widths, at least one of each",
+            ));
+        }
+    }
+    let noise: Vec<String> = options
+        .noise
+        .iter()
+        .map(|(channel, sd)| format!("{channel}={sd}"))
+        .collect();
+    let asked = rows::Question {
+        model: options.model.clone(),
+        terrain: terrain.to_owned(),
+        catalogue: options.catalogue.clone(),
+        values: options.values.clone(),
+        radius,
+        widths: widths.to_vec(),
+        loads: loads.to_vec(),
+        slips: slips.to_vec(),
+        noise: rows::noise(&noise.join(","))?,
+        set: options.set.clone(),
+        add: options.add,
+    };
+    Ok(rows::as_json(&asked, &rows::ask(&asked)?))
 }
 
 /// The log of `terra import`, as the CSV it writes, with what its user should know.

@@ -27,8 +27,8 @@ mod _terra {
     use crate::own::Registry;
     #[pymodule_export]
     use crate::tasks::{
-        bevameter, command, effects, estimate, estimators, filters, gap, identify, import_log,
-        inspect, models, simulate, terrains,
+        bevameter, command, effects, estimate, estimators, filters, gap, identifiability, identify,
+        import_log, inspect, models, simulate, terrains,
     };
     #[pymodule_export]
     use crate::wheel::{wheel_forces, wheel_stresses};

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use terra_cli::IdentifyOptions;
-use terra_cli::tasks::{self, GapOptions, Source};
+use terra_cli::tasks::{self, GapOptions, IdentifiabilityOptions, Source};
 
 use crate::convert::{Given, table, to_python};
 use crate::error::raise;
@@ -79,6 +79,36 @@ pub(crate) fn bevameter<'py>(
     let log: Source = log.into();
     let done = interrupt::run(py, move || {
         tasks::bevameter(&log, &kind, columns.as_deref())
+    })?;
+    to_python(py, &done.map_err(raise)?)
+}
+
+#[pyfunction]
+#[pyo3(signature = (terrain, slips, loads, widths, radius, model, noise, values, set, catalogue, add))]
+pub(crate) fn identifiability<'py>(
+    py: Python<'py>,
+    terrain: String,
+    slips: Vec<f64>,
+    loads: Vec<f64>,
+    widths: Vec<f64>,
+    radius: f64,
+    model: String,
+    noise: Vec<(String, f64)>,
+    values: Vec<(String, f64)>,
+    set: String,
+    catalogue: Option<PathBuf>,
+    add: usize,
+) -> PyResult<Bound<'py, PyAny>> {
+    let options = IdentifiabilityOptions {
+        model,
+        catalogue,
+        values,
+        noise,
+        set,
+        add,
+    };
+    let done = interrupt::run(py, move || {
+        tasks::identifiability(&terrain, radius, &widths, &loads, &slips, &options)
     })?;
     to_python(py, &done.map_err(raise)?)
 }

@@ -87,6 +87,21 @@ def test_bevameter(command, tmp_path, in_memory):
         terra.bevameter(log, "cone")
 
 
+def test_identifiability(command, tmp_path):
+    out = tmp_path / "out.json"
+    command("identifiability", "--terrain", "dry_sand", "--radius_m", "0.254", "--width_m", "0.15,0.1", "--load_N",
+            "100,300", "--slip", "0.1:0.7:0.2", "--model", "compliant-tyre", "--value", "tyre_pressure=60000",
+            "--add", "2", "--json", out)  # fmt: skip
+    found = terra.identifiability("dry_sand", np.array([0.1, 0.3, 0.5, 0.7]), [100, 300], radius=0.254,
+                                  width=[0.15, 0.1], model="compliant-tyre",
+                                  values={"tyre_pressure": 60000}, add=2)  # fmt: skip
+    assert found == json.loads(out.read_text())
+    with pytest.raises(terra.ConfigurationError, match="drawbar_pull_N"):
+        terra.identifiability("dry_sand", 0.1, 100, radius=0.254, width=0.15, noise={"drawbar_pul_N": 1})
+    with pytest.raises(terra.ConfigurationError, match="no slips"):
+        terra.identifiability("dry_sand", [], 100, radius=0.254, width=0.15)
+
+
 def test_simulate(logs, examples):
     for scenario, file in [("paper/lean_clay.toml", "drive.csv"), ("rig/slip_sinkage.toml", "rig.csv")]:
         log, truth = terra.simulate(examples / scenario)

@@ -1,6 +1,6 @@
 //! `terra identifiability`: what a set of slips and loads could tell, and which rows would tell more.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use nalgebra::DMatrix;
@@ -40,7 +40,7 @@ struct Pair {
     nats: f64,
 }
 
-struct Answer {
+pub(crate) struct Answer {
     law: Arc<Law>,
     rows: usize,
     infeasible: usize,
@@ -61,6 +61,44 @@ struct Answer {
     separating: Vec<FurtherRow>,
 }
 
+/// What is asked.
+pub(crate) struct Question {
+    pub(crate) model: String,
+    pub(crate) terrain: String,
+    /// Soils of one's own.
+    pub(crate) catalogue: Option<PathBuf>,
+    /// Values in place of the soils'.
+    pub(crate) values: Vec<(String, f64)>,
+    pub(crate) radius: f64,
+    pub(crate) widths: Vec<f64>,
+    pub(crate) loads: Vec<f64>,
+    pub(crate) slips: Vec<f64>,
+    pub(crate) noise: DesignNoise,
+    /// Soils that should be told apart.
+    pub(crate) set: String,
+    /// Further rows to propose.
+    pub(crate) add: usize,
+}
+
+impl Question {
+    fn of(args: &IdentifiabilityArgs) -> Result<Self, CliError> {
+        let values = values(&args.value)?;
+        Ok(Question {
+            model: args.model.clone(),
+            terrain: args.soil.terrain.clone(),
+            catalogue: args.soil.catalogue.clone(),
+            values: values.iter().map(|(n, v)| ((*n).to_owned(), *v)).collect(),
+            radius: args.radius,
+            widths: args.widths.clone(),
+            loads: args.loads.clone(),
+            slips: slips(&args.slip)?,
+            noise: noise(&args.noise)?,
+            set: args.set.clone(),
+            add: usize::from(args.add),
+        })
+    }
+}
+
 pub(crate) fn run(args: &IdentifiabilityArgs) -> Result<(), CliError> {
     let set_file = names_a_file(&args.set).then(|| Path::new(&args.set));
     let inputs: Vec<&Path> = args
@@ -71,8 +109,8 @@ pub(crate) fn run(args: &IdentifiabilityArgs) -> Result<(), CliError> {
         .chain(set_file)
         .collect();
     output::claim_with(&args.report, &[args.json.as_deref()], &inputs)?;
-    let noise = noise(&args.noise)?;
-    let answer = ask(args, noise)?;
+    let asked = Question::of(args)?;
+    let answer = ask(&asked)?;
     output::report(&args.report, || report::Page {
         title: "What could these rows tell?".to_owned(),
         subtitle: format!(
@@ -95,13 +133,13 @@ pub(crate) fn run(args: &IdentifiabilityArgs) -> Result<(), CliError> {
         provenance: vec![("terra".to_owned(), env!("CARGO_PKG_VERSION").to_owned())],
     })?;
     if let Some(path) = &args.json {
-        output::json(Some(path), &as_json(args, &answer))?;
+        output::json(Some(path), &as_json(&asked, &answer))?;
     }
     output::stdout(&summary(args, &answer))
 }
 
 /// `channel=sd,...`
-fn noise(text: &str) -> Result<DesignNoise, CliError> {
+pub(crate) fn noise(text: &str) -> Result<DesignNoise, CliError> {
     let mut noise = DesignNoise::default();
     for part in text.split(',').filter(|p| !p.trim().is_empty()) {
         let refused = |why: String| {
@@ -139,36 +177,37 @@ fn noise(text: &str) -> Result<DesignNoise, CliError> {
     Ok(noise)
 }
 
-fn contacts(args: &IdentifiabilityArgs, slips: &[f64], loads: &[f64]) -> Vec<Contact<f64>> {
+fn contacts(asked: &Question, slips: &[f64], loads: &[f64]) -> Vec<Contact<f64>> {
     let mut all = vec![];
-    for &width in &args.widths {
+    for &width in &asked.widths {
         for &load in loads {
             all.extend(
                 slips
                     .iter()
-                    .map(|&slip| Contact::new(slip, load, args.radius, width)),
+                    .map(|&slip| Contact::new(slip, load, asked.radius, width)),
             );
         }
     }
     all
 }
 
-fn ask(args: &IdentifiabilityArgs, noise: DesignNoise) -> Result<Answer, CliError> {
-    let law = Arc::new(Registry::builtin().law(&args.model)?);
+pub(crate) fn ask(asked: &Question) -> Result<Answer, CliError> {
+    let law = Arc::new(Registry::builtin().law(&asked.model)?);
     on_a_wheel(&law)?;
-    let given = values(&args.value)?;
-    let soils = Soils::open(args.soil.catalogue.as_deref())?;
+    let noise = asked.noise;
+    let given: Vec<(&str, f64)> = asked.values.iter().map(|(n, v)| (n.as_str(), *v)).collect();
+    let soils = Soils::open(asked.catalogue.as_deref())?;
     // Effects start at magnitude 0.
     let of = |soil: &Terrain| {
         let mut p = parameters(soil, law.model(), &given)?;
         p.resize(law.params().len(), 0.0);
         Ok::<_, CliError>(p)
     };
-    let start = of(soils.find(&args.soil.terrain)?)?;
+    let start = of(soils.find(&asked.terrain)?)?;
     let space = FitSpace::new(
         &law,
         Centre::Parameters(&start),
-        &args.widths,
+        &asked.widths,
         &Priors::default(),
     )
     .map_err(|e| match e {
@@ -180,11 +219,11 @@ fn ask(args: &IdentifiabilityArgs, noise: DesignNoise) -> Result<Answer, CliErro
     })?;
     let q = vec![0.0; space.dim()];
     let design = Design::new(&law, &space, noise)?;
-    let rows = contacts(args, &slips(&args.slip)?, &args.loads);
+    let rows = contacts(asked, &asked.slips, &asked.loads);
     let (jac, infeasible) = design.jacobian(&q, &rows)?;
     if infeasible == rows.len() {
         return Err(CliError::usage(
-            format!("{} carries none of these loads", args.soil.terrain),
+            format!("{} carries none of these loads", asked.terrain),
             "a lighter wheel, or another soil",
         ));
     }
@@ -193,16 +232,16 @@ fn ask(args: &IdentifiabilityArgs, noise: DesignNoise) -> Result<Answer, CliErro
 
     // Rows that could be added: the whole range of slip, from half to twice the loads at hand.
     let grid: Vec<f64> = (0..=9).map(|k| 0.02 + 0.1 * f64::from(k)).collect();
-    let least = args.loads.iter().copied().fold(f64::INFINITY, f64::min);
-    let most = args.loads.iter().copied().fold(0.0, f64::max);
-    let candidates = contacts(args, &grid, &[0.5 * least, least, most, 2.0 * most]);
-    let count = usize::from(args.add);
+    let least = asked.loads.iter().copied().fold(f64::INFINITY, f64::min);
+    let most = asked.loads.iter().copied().fold(0.0, f64::max);
+    let candidates = contacts(asked, &grid, &[0.5 * least, least, most, 2.0 * most]);
+    let count = asked.add;
     let sharper = design.more_rows(&q, &rows, &candidates, count)?;
 
     let mut known = vec![];
     let mut left_out = vec![];
-    for soil in soils.set(&args.set)? {
-        let parameters = of(&soil).map_err(|e| of_set(e, &args.set))?;
+    for soil in soils.set(&asked.set)? {
+        let parameters = of(&soil).map_err(|e| of_set(e, &asked.set))?;
         // A soil beyond the model's range is none under it: no exponent above 1.3 under bekker-compaction.
         let refused = rows
             .first()
@@ -221,7 +260,7 @@ fn ask(args: &IdentifiabilityArgs, noise: DesignNoise) -> Result<Answer, CliErro
         return Err(CliError::usage(
             format!(
                 "--set {}: the model takes none of its soils: {why}",
-                args.set
+                asked.set
             ),
             "another --set, another --model, or a --value within its range",
         ));
@@ -416,7 +455,7 @@ fn summary(args: &IdentifiabilityArgs, answer: &Answer) -> String {
     out
 }
 
-fn as_json(args: &IdentifiabilityArgs, answer: &Answer) -> Value {
+pub(crate) fn as_json(asked: &Question, answer: &Answer) -> Value {
     let further = |rows: &[FurtherRow]| -> Vec<Value> {
         rows.iter()
             .filter_map(|r| {
@@ -427,7 +466,7 @@ fn as_json(args: &IdentifiabilityArgs, answer: &Answer) -> Value {
     };
     json!({
         "schema": "terra-identifiability/1",
-        "model": args.model, "terrain": args.soil.terrain,
+        "model": asked.model, "terrain": asked.terrain,
         "values": answer.values.iter().map(|(n, v)| (n.clone(), json!(v))).collect::<serde_json::Map<_, _>>(),
         "rows": { "asked": answer.rows, "no_equilibrium": answer.infeasible },
         "rank": answer.found.rank,

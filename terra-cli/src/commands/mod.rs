@@ -14,7 +14,7 @@ mod export;
 pub(crate) mod gap;
 pub(crate) mod gap_case;
 mod gap_watch;
-mod identifiability;
+pub(crate) mod identifiability;
 pub(crate) mod identify;
 mod identify_view;
 pub(crate) mod import;

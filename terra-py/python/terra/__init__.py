@@ -48,6 +48,7 @@ __all__ = [
     "estimators",
     "filters",
     "gap",
+    "identifiability",
     "identify",
     "import_log",
     "inspect",
@@ -197,6 +198,54 @@ def bevameter(
         columns: a file with other names and units (TOML).
     """
     return _terra.bevameter(_log(log), kind, columns)
+
+
+def identifiability(
+    terrain: str,
+    slip: ArrayLike,
+    normal_load: ArrayLike,
+    *,
+    radius: float,
+    width: ArrayLike,
+    model: str = "wong-reece",
+    noise: Mapping[str, float] | None = None,
+    values: Mapping[str, float] | None = None,
+    set: str = "wong21",
+    catalogue: str | os.PathLike[str] | None = None,
+    add: int = 3,
+) -> dict[str, Any]:
+    """What could rows at these slips and loads tell about a soil? The content of ``terra identifiability --json``.
+
+    Args:
+        terrain: id of the soil around which to ask.
+        slip: library slips; every one is measured under every load with every wheel.
+        normal_load: N.
+        radius: m.
+        width: m, one or several.
+        model: ``"wong-reece"``, or with effects whose sizes are asked for too.
+        noise: measured channels with their sd; ``{"drawbar_pull_N": 0.5, "torque_N_m": 0.1}`` when absent.
+        values: parameters in place of the soils' own, or that no soil gives.
+        set: soils that should be told apart: a set of the catalogue, or a file of soils.
+        catalogue: a file with soils of one's own (CSV).
+        add: further rows to propose.
+    """
+    if noise is None:
+        noise = {"drawbar_pull_N": 0.5, "torque_N_m": 0.1}
+    return _terra.identifiability(
+        terrain,
+        *(np.atleast_1d(np.asarray(a, dtype=np.float64)).tolist() for a in (slip, normal_load, width)),
+        float(radius),
+        model,
+        _pairs(noise),
+        _pairs(values or {}),
+        set,
+        catalogue,
+        add,
+    )
+
+
+def _pairs(values: Mapping[str, float]) -> list[tuple[str, float]]:
+    return [(str(name), float(value)) for name, value in values.items()]
 
 
 def import_log(

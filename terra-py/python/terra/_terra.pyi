@@ -92,6 +92,19 @@ def inspect(log: _Source, rover: _Source | None = ...) -> dict[str, Any]: ...
 def bevameter(
     log: _Source, kind: str, columns: str | os.PathLike[str] | None = ...
 ) -> dict[str, Any]: ...
+def identifiability(
+    terrain: str,
+    slips: list[float],
+    loads: list[float],
+    widths: list[float],
+    radius: float,
+    model: str,
+    noise: list[tuple[str, float]],
+    values: list[tuple[str, float]],
+    set: str,
+    catalogue: str | os.PathLike[str] | None,
+    add: int,
+) -> dict[str, Any]: ...
 def import_log(
     kind: str, source: str | os.PathLike[str], map: str | os.PathLike[str] | None = ...
 ) -> tuple[dict[str, Any], list[str]]: ...
