@@ -294,6 +294,10 @@ pub struct GapOptions {
     pub seed: u64,
     /// `shared` or `own`: what several logs share.
     pub soil: String,
+    /// An outside simulator's log of the same.
+    pub sim: Option<Source>,
+    /// The simulator's log and the others are of the same ground.
+    pub same_bed: bool,
 }
 
 impl Default for GapOptions {
@@ -305,6 +309,8 @@ impl Default for GapOptions {
             calibrate: 0,
             seed: 1,
             soil: "shared".to_owned(),
+            sim: None,
+            same_bed: false,
         }
     }
 }
@@ -358,7 +364,16 @@ pub fn gap(
         rover_name: rover.name(),
         folder: rover.folder(),
         registry,
-        against: None,
+        against: options
+            .sim
+            .as_ref()
+            .map(|sim| {
+                Ok::<_, CliError>(diagnosing::Against {
+                    sim: sim.log()?,
+                    same_soil: options.same_bed,
+                })
+            })
+            .transpose()?,
     };
     let verdict = diagnosing::diagnose(case, &settings)?;
     Ok(to_json(&verdict.diagnosis, &verdict.provenance))

@@ -190,7 +190,7 @@ pub(crate) fn identify<'py>(
 }
 
 #[pyfunction]
-#[pyo3(signature = (logs, rover, effects=None, hold_out=None, combine=2, calibrate=0, seed=1, soil="shared".to_owned(), registry=None))]
+#[pyo3(signature = (logs, rover, effects=None, hold_out=None, combine=2, calibrate=0, seed=1, soil="shared".to_owned(), sim=None, same_bed=false, registry=None))]
 pub(crate) fn gap<'py>(
     py: Python<'py>,
     logs: Vec<Given>,
@@ -201,6 +201,8 @@ pub(crate) fn gap<'py>(
     calibrate: usize,
     seed: u64,
     soil: String,
+    sim: Option<Given>,
+    same_bed: bool,
     registry: Option<&Registry>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let logs: Vec<Source> = logs.into_iter().map(Source::from).collect();
@@ -212,6 +214,8 @@ pub(crate) fn gap<'py>(
         calibrate,
         seed,
         soil,
+        sim: sim.map(Source::from),
+        same_bed,
     };
     let (registry, trouble) = Registry::of(registry);
     let done = interrupt::run(py, move || tasks::gap(&logs, &rover, &registry, &options))?;

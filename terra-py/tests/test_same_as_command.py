@@ -158,6 +158,20 @@ def test_gap(command, logs, examples, tmp_path):
     assert found["schema"] == "terra-gap/1"
 
 
+def test_gap_against_a_simulator(command, logs, examples, tmp_path):
+    out, rover, sim = tmp_path / "verdict.json", examples / "rig/rig.toml", tmp_path / "sim.csv"
+    scenario = (examples / "rig/slip_sinkage.toml").read_text()
+    without = scenario[: scenario.index("[[effect]]")]
+    (tmp_path / "sim.toml").write_text(without)
+    (tmp_path / "rig.toml").write_bytes(rover.read_bytes())
+    command("simulate", tmp_path / "sim.toml", "--out", sim)
+    options = ["--effects", "slip-sinkage", "--combine", "1", "--same-bed"]
+    command("gap", "--sim", sim, logs / "rig.csv", "--rover", rover, "--json", out, *options)
+    found = terra.gap(logs / "rig.csv", rover, effects=["slip-sinkage"], combine=1, sim=sim, same_bed=True)
+    assert found == json.loads(out.read_text())
+    assert found["calibration"]["design"] == "contrast"
+
+
 def test_gap_of_several_logs(command, logs, examples, tmp_path):
     """Two logs by name, in memory under names of their own, each with its own soil."""
     out, rover, second = tmp_path / "verdict.json", examples / "rig/rig.toml", tmp_path / "second.csv"

@@ -9,6 +9,7 @@ use super::gap_case::{Against, Verdict, diagnose_files};
 use super::gap_watch;
 use crate::args::{GapArgs, HoldOutArg, SoilArg};
 use crate::error::CliError;
+use crate::input::LogFile;
 use crate::output::{self, short};
 use crate::progress::Spinner;
 use crate::report;
@@ -36,10 +37,16 @@ pub(crate) fn run(args: &GapArgs, quiet: bool) -> Result<(), CliError> {
         Ok(settings)
     };
     let spinner = Spinner::start(quiet, "diagnosing");
-    let against = args.sim.as_deref().map(|sim| Against {
-        sim,
-        same_soil: args.same_bed,
-    });
+    let against = args
+        .sim
+        .as_deref()
+        .map(|sim| {
+            Ok::<_, CliError>(Against {
+                sim: LogFile::open(sim)?,
+                same_soil: args.same_bed,
+            })
+        })
+        .transpose()?;
     let verdict = diagnose_files(&logs, against, &args.rover, &settings)?;
     drop(spinner);
     let Verdict {

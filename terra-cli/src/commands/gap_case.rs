@@ -27,9 +27,8 @@ pub(crate) struct Verdict {
 }
 
 /// The log of an outside simulator.
-#[derive(Clone, Copy)]
 pub(crate) struct Against<'a> {
-    pub(crate) sim: &'a Path,
+    pub(crate) sim: LogFile<'a>,
     pub(crate) same_soil: bool,
 }
 
@@ -96,7 +95,8 @@ pub(crate) fn diagnose(
     let all = PathBuf::from(paths.join(", "));
     let in_files = |e: CliError| e.in_files(&all, case.rover_name);
     let names = names(&case.logs)?;
-    let sim = case.against.map(|a| LogFile::open(a.sim)).transpose()?;
+    let same_soil = case.against.as_ref().is_some_and(|a| a.same_soil);
+    let sim = case.against.map(|a| a.sim);
     if let Some(sim) = &sim
         && sim.kind(&rover)? != kind
     {
@@ -105,7 +105,6 @@ pub(crate) fn diagnose(
             "give the simulator's log of the same manoeuvres or trials",
         ));
     }
-    let same_soil = case.against.is_some_and(|a| a.same_soil);
     let (prior, mut diagnosis, curves) = match kind {
         LogKind::Rig => {
             let logs: Vec<RigLog> = case

@@ -1,8 +1,9 @@
 """What forces does the ground give each wheel, what soil is it, and which unmodelled effect makes the simulator differ
 from reality?
 
-Everything the command ``terra`` does, with numpy in and out and the same numbers. SI units and radians throughout;
-column and key names carry their unit. Long work releases the interpreter's lock and answers Ctrl-C.
+The answers of the command ``terra``, with numpy in and out and the same numbers; the command itself, with its campaigns,
+sweeps and exports, comes with the package. SI units and radians throughout; column and key names carry their unit. Long
+work releases the interpreter's lock and answers Ctrl-C.
 
 >>> import numpy as np, terra
 >>> forces = terra.wheel_forces("dry_sand", np.linspace(0.1, 0.9, 9), 245.25, radius=0.254, width=0.15)
@@ -308,6 +309,8 @@ def gap(
     calibrate: int = 0,
     seed: int = 1,
     soil: str = "shared",
+    sim: Log | None = None,
+    same_bed: bool = False,
     registry: Registry | None = None,
 ) -> dict[str, Any]:
     """Where does the simulator differ from reality, and what causes it? The content of ``terra gap --json``
@@ -321,6 +324,8 @@ def gap(
         calibrate: mock cases of this log's own design to calibrate with.
         seed: of the mock cases.
         soil: ``shared`` by all logs, or each log's ``own``; sizes of effects are shared either way.
+        sim: an outside simulator's log of the same manoeuvres or trials: causes are then of the difference to it.
+        same_bed: that log and the others are of the same ground.
         registry: with effects and models of one's own among the candidates.
     """
     names = None if effects is None else list(effects)
@@ -332,7 +337,17 @@ def gap(
             (f"log {k}", one[1]) if isinstance(one, tuple) else one for k, one in enumerate(logs, 1)
         ]
     return _terra.gap(
-        logs, _rover(rover), names, hold_out, combine, calibrate, seed, soil, registry
+        logs,
+        _rover(rover),
+        names,
+        hold_out,
+        combine,
+        calibrate,
+        seed,
+        soil,
+        None if sim is None else _log(sim),
+        same_bed,
+        registry,
     )
 
 

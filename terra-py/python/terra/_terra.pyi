@@ -134,5 +134,7 @@ def gap(
     calibrate: int = ...,
     seed: int = ...,
     soil: str = ...,
+    sim: _Source | None = ...,
+    same_bed: bool = ...,
     registry: Registry | None = ...,
 ) -> dict[str, Any]: ...
