@@ -22,9 +22,12 @@ const MAX_STEPS: usize = 200;
 const PATIENCE: usize = 12;
 /// Relative change of the entry angle at which the iteration stops. One implicit step follows, which squares the
 /// remaining error, so this is below rounding in the end.
-const TOLERANCE: f64 = 1e-8;
+pub(crate) const TOLERANCE: f64 = 1e-8;
+/// The same for a load whose slope changes within that: where a tyre begins to lie flat it grows with the root of the angle
+/// past that place.
+pub(crate) const FINE_TOLERANCE: f64 = 1e-12;
 
-/// Solves `supported_load(θ1) = load` up to one last Newton step, which is below 1e-8.
+/// Solves `supported_load(θ1) = load` up to one last Newton step, which is below `tolerance` of the angle.
 ///
 /// The load is nearly a power of the entry angle, so Newton's method runs on ln W(ln θ1), inside a bracket with
 /// bisection where the step leaves it or the load is not positive (braking on snow). `supported_load` gets the angle
@@ -45,13 +48,14 @@ pub(crate) fn entry_angle<P: Root>(
     guess: P,
     slip: P,
     rises_to: P,
+    tolerance: f64,
     supported_load: impl Fn(P::Tangent) -> P::Tangent,
 ) -> Result<Found<P>, ModelError> {
     let search = Search {
         load,
         slip,
         rises_to,
-        tolerance: TOLERANCE,
+        tolerance,
         feasible: false,
     };
     let carried = |angle: P| {
@@ -76,7 +80,7 @@ pub(crate) fn balanced<T: Real>(
     tangent: impl Fn(<T::Primal as Root>::Tangent) -> <T::Primal as Root>::Tangent,
     load_at: impl Fn(T) -> T,
 ) -> Result<T, ModelError> {
-    let found = entry_angle(load.primal(), guess, slip, rises_to, &tangent)?;
+    let found = entry_angle(load.primal(), guess, slip, rises_to, TOLERANCE, &tangent)?;
     Ok(found.with_derivatives(load, load_at))
 }
 

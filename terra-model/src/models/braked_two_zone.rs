@@ -16,6 +16,8 @@
 //! performance of towed rigid wheels", J. Terramechanics 4(2):7-25, 1967 (formulas checked against an open implementation of
 //! the paper, not against its print).
 
+pub(in crate::models) mod zones;
+
 use crate::contact::{Contact, Hook};
 use crate::error::ModelError;
 use crate::forces::{Angles, Contributions, Flags, WheelForces};
@@ -23,37 +25,27 @@ use crate::model::{ForceSlopes, Soil, TerrainModel};
 use crate::models::WongReece;
 use crate::models::bekker::{self, Ground};
 use crate::param::Param;
-use crate::quadrature::{rule, t_minus_sin};
+use crate::quadrature::rule;
 use crate::real::{Real, Root};
 use crate::root::{MAX_ENTRY_ANGLE, balanced, rises_to};
 use crate::stress::{StressField, StressPoint};
+use zones::{Places, SMALLEST, Zones};
 
 /// A wheel with two shear zones when it is braked.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct BrakedTwoZone;
 
-/// Skid below which the driven wheel takes over.
-const JOIN: f64 = 0.05;
-/// Largest share of the contact behind the point where the zones meet.
-const LARGEST: f64 = 0.98;
-/// Share of the contact below which a zone behind is none to the quadrature.
-const SMALLEST: f64 = 1e-3;
-/// Nodes a segment.
 /// Depth \[m\] below which nothing is told from the entry.
 const SHALLOW: f64 = 1e-200;
+/// Nodes a segment.
 const NODES: usize = 24;
-/// Of the way between two angles: E has a bend only in its second derivative where j changes its sign.
-const HALVINGS: usize = 30;
 /// Largest j/K along the contact, about, that one panel resolves.
 const STEEP: f64 = 20.0;
 
 #[derive(Clone, Copy)]
 struct Wheel<T> {
     ground: Ground<T>,
-    /// θ0, not held inside the contact.
-    meeting: T,
-    /// Weight of the driven wheel.
-    driven: T,
+    zones: Zones<T>,
     radius: T,
     arm: T,
     width: T,
@@ -66,29 +58,12 @@ struct Sums<T> {
     turning: T,
 }
 
-/// Where stresses change their form: θ0, θm, both inside the contact.
-#[derive(Clone, Copy)]
-struct Places<T> {
-    entry: T,
-    meeting: T,
-    apex: T,
-}
-
 impl<T: Real> Wheel<T> {
     fn read(p: &[T], at: &Contact<T>) -> Result<Self, ModelError> {
         let ground = Ground::read(BrakedTwoZone::NAME, p, at)?;
-        let (zero, one) = (T::zero(), T::one());
-        // cos(θ0 + χ) = (1 + s) cos χ, χ = 45° - φ/2; by tan²(x/2) = (1 - cos x)/(1 + cos x).
-        let chi = T::from(std::f64::consts::FRAC_PI_4) - ground.tan_friction.atan() * 0.5;
-        let (_, cos_chi) = chi.sin_cos();
-        let skid = at.slip.select_lt(zero, at.slip, zero);
-        let cos = (skid + 1.0) * cos_chi;
-        let meeting = ((one - cos) / (cos + 1.0)).sqrt().atan() * 2.0 - chi;
-        let share = (skid / JOIN + 1.0).max_of(zero);
         Ok(Wheel {
+            zones: Zones::new(ground.tan_friction, at.slip, ground.slip, ground.apex_ratio),
             ground,
-            meeting: meeting.max_of(zero),
-            driven: share.squared(),
             radius: at.radius * at.hooks.contact_radius,
             arm: at.radius,
             width: at.width,
@@ -98,43 +73,11 @@ impl<T: Real> Wheel<T> {
     fn map<S>(&self, f: impl Fn(T) -> S + Copy) -> Wheel<S> {
         Wheel {
             ground: self.ground.map(f),
-            meeting: f(self.meeting),
-            driven: f(self.driven),
+            zones: self.zones.map(f),
             radius: f(self.radius),
             arm: f(self.arm),
             width: f(self.width),
         }
-    }
-
-    fn places(&self, entry: T) -> Places<T> {
-        let held = self.meeting.min_of(entry * LARGEST);
-        let own = self.ground.apex_ratio * entry;
-        // The contact ends at the bottom; σ behind it needs some of it left.
-        let apex = (own * self.driven + held * (T::one() - self.driven)).max_of(entry * 1e-3);
-        Places {
-            entry,
-            meeting: held,
-            apex,
-        }
-    }
-
-    /// j at an angle; what a driven wheel has, what each zone has, weighed.
-    fn displacement(&self, at: &Places<T>, angle: T) -> T {
-        let i = self.ground.slip;
-        let one = T::one();
-        let (x_entry, x_meeting, x) = (
-            t_minus_sin(at.entry),
-            t_minus_sin(at.meeting),
-            t_minus_sin(angle),
-        );
-        let driven = i * (at.entry - angle) + (one - i) * (x_entry - x);
-        let chord = (x_entry - x_meeting) / (at.entry - at.meeting);
-        let ahead = (one - i) * ((x_entry - x) - (at.entry - angle) * chord);
-        let behind = i * (at.meeting - angle) + (one - i) * (x_meeting - x);
-        let two = angle.select_lt(at.meeting, behind, ahead);
-        // A wheel that is not braked has one zone, whatever a locked one would have.
-        let rest = one - self.driven;
-        self.radius * (driven * self.driven + two * rest)
     }
 
     /// σ and τ.
@@ -147,7 +90,7 @@ impl<T: Real> Wheel<T> {
         // At the entry itself a power of the depth has no derivative.
         let depth = (self.radius * sum * difference * 2.0).max_of(T::from(SHALLOW));
         let normal = g.stiffness * depth.pow_pos(g.exponent);
-        let j = self.displacement(at, angle);
+        let j = self.radius * self.zones.displacement(at, angle);
         let e = -(-(j.abs() / g.shear_modulus)).exp_m1();
         let e = j.select_lt(T::zero(), -e, e);
         (normal, (g.cohesion + normal * g.tan_friction) * e)
@@ -160,17 +103,11 @@ impl<T: Real> Wheel<T> {
         let turned = T::Primal::one() - g.slip.primal();
         let per_modulus = self.radius.primal() / g.shear_modulus.primal();
         let steep = turned * entry.squared() * per_modulus;
-        if self.joins() || T::Primal::from(STEEP).any_lt(steep) {
+        if self.zones.joins() || T::Primal::from(STEEP).any_lt(steep) {
             &[0.0, 0.015, 0.12, 1.0]
         } else {
             &[0.0, 1.0]
         }
-    }
-
-    /// Whether a wheel is between driven and locked.
-    fn joins(&self) -> bool {
-        let driven = self.driven.primal();
-        T::Primal::zero().any_lt(driven.min_of(T::Primal::one() - driven))
     }
 
     /// Where the stresses bend, in rising order: at θm, at θ0, and where the shear changes its sign.
@@ -178,40 +115,15 @@ impl<T: Real> Wheel<T> {
         // Without a zone behind there is no bend, and the contact behind the apex is cut in half.
         let none = at.apex * 0.5;
         let bend = at.meeting.select_lt(at.entry * SMALLEST, none, at.meeting);
-        let turn = self.turn(at).map_or(bend, T::from_primal);
+        let turn = self.zones.turn(at).map_or(bend, T::from_primal);
         let turn = turn.select_lt(at.entry * SMALLEST, none, turn);
         let (low, high) = (bend.min_of(at.apex), bend.max_of(at.apex));
         let middle = low.max_of(turn).min_of(high);
         [low.min_of(turn), middle, high.max_of(turn)]
     }
 
-    /// Where j = 0 between driven and locked. None where no wheel is between.
-    fn turn(&self, at: &Places<T>) -> Option<T::Primal> {
-        let zero = T::Primal::zero();
-        if !self.joins() {
-            return None;
-        }
-        let wheel = self.map(T::primal);
-        let at = Places {
-            entry: at.entry.primal(),
-            meeting: at.meeting.primal(),
-            apex: at.apex.primal(),
-        };
-        // j has one sign from the entry to its change, which lies on that side of θ0 where its sign there says.
-        let there = wheel.displacement(&at, at.meeting);
-        let mut low = there.select_lt(zero, at.meeting, zero);
-        let mut high = there.select_lt(zero, at.entry, at.meeting);
-        for _ in 0..HALVINGS {
-            let middle = (low + high) * 0.5;
-            let j = wheel.displacement(&at, middle);
-            low = j.select_lt(zero, middle, low);
-            high = j.select_lt(zero, high, middle);
-        }
-        Some((low + high) * 0.5)
-    }
-
     fn sums(&self, entry: T) -> Sums<T> {
-        let at = self.places(entry);
+        let at = self.zones.places(entry);
         let [first, second, third] = self.breaks(&at);
         let zero = T::zero();
         let (mut load, mut thrust, mut compaction, mut turning) = (zero, zero, zero, zero);
@@ -338,7 +250,7 @@ at 98 % of it, with a flag: one zone is left.";
     fn stresses(&self, p: &[f64], at: &Contact<f64>) -> Result<Option<StressField>, ModelError> {
         let wheel = Wheel::read(p, at)?;
         let entry = wheel.entry(at)?;
-        let places = wheel.places(entry);
+        let places = wheel.zones.places(entry);
         Ok(Some(StressField::new(
             0.0,
             places.apex,
@@ -361,7 +273,7 @@ fn braked_forces<T: Real>(p: &[T], at: &Contact<T>) -> Result<WheelForces<T>, Mo
     let wheel = Wheel::read(p, at)?;
     let entry = wheel.entry(at)?;
     let sums = wheel.sums(entry);
-    let places = wheel.places(entry);
+    let places = wheel.zones.places(entry);
     let area = wheel.radius * wheel.width;
     let mut forces = WheelForces::from_thrust(
         sums.thrust * area,
@@ -379,14 +291,18 @@ fn braked_forces<T: Real>(p: &[T], at: &Contact<T>) -> Result<WheelForces<T>, Mo
     let braking = at.slip.primal().any_lt(T::Primal::zero());
     forces.flags = Flags {
         braking,
-        apex_limited: braking && (entry * LARGEST).primal().any_lt(wheel.meeting.primal()),
+        apex_limited: braking && wheel.zones.held(entry),
         deep_sinkage: (at.radius * 0.5).primal().any_lt(sinkage.primal()),
     };
     Ok(forces)
 }
 
 /// Each lane of one or the other.
-fn either<T: Real>(slip: T, braked: WheelForces<T>, driven: WheelForces<T>) -> WheelForces<T> {
+pub(in crate::models) fn either<T: Real>(
+    slip: T,
+    braked: WheelForces<T>,
+    driven: WheelForces<T>,
+) -> WheelForces<T> {
     let zero = T::zero();
     let pick = |a: T, b: T| slip.select_lt(zero, a, b);
     let both = |a: Option<T>, b: Option<T>| a.zip(b).map(|(a, b)| pick(a, b));

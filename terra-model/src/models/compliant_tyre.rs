@@ -40,6 +40,18 @@ const STEEP: f64 = 0.5;
 /// Depth \[m\] below which there is none: the stress there is zero to rounding, and so is its part of the load.
 const SHALLOW: f64 = 1e-200;
 
+/// p_t.
+pub(in crate::models) const PRESSURE: Param = Param {
+    name: "tyre_pressure",
+    symbol: "p_t",
+    unit: "Pa",
+    min: 1e3,
+    max: 1e7,
+    scale: Scale::Log,
+    prior_sd: 0.3,
+    doc: "inflation pressure and what the carcass adds to it",
+};
+
 #[derive(Clone, Copy)]
 struct Wheel<T> {
     stiffness: T,
@@ -63,9 +75,26 @@ struct Sums<T> {
 }
 
 /// 1 - cos t.
-fn versine<T: Real>(t: T) -> T {
+pub(in crate::models) fn versine<T: Real>(t: T) -> T {
     let (s, _) = (t * 0.5).sin_cos();
     s.squared() * 2.0
+}
+
+/// θf of a tyre that lies flat from a depth on, 0 while it stays round, and the angle θ1 - θf of the round front.
+pub(in crate::models) fn flattened<T: Real>(entry: T, depth: T, radius: T) -> (T, T) {
+    let over = versine(entry) - depth / radius;
+    // The root of zero has no derivative: the tyre just touches.
+    let (zero, one) = (T::zero(), T::one());
+    let safe = zero.select_lt(over, over, one);
+    let angle = (safe / (T::from(2.0) - safe)).sqrt().atan() * 2.0;
+    // cos θf - cos θ1 = z_0/R = 2 sin((θ1 + θf)/2) sin((θ1 - θf)/2): a front far shorter than the flat keeps its digits.
+    let (middle, _) = ((entry + angle) * 0.5).sin_cos();
+    let half = (depth / (radius * middle * 2.0)).min_of(T::from(0.99));
+    let span = (half / (one - half.squared()).sqrt()).atan() * 2.0;
+    (
+        zero.select_lt(over, angle, zero),
+        zero.select_lt(over, span, entry),
+    )
 }
 
 impl<T: Real> Wheel<T> {
@@ -114,19 +143,7 @@ impl<T: Real> Wheel<T> {
     /// θf, 0 while the wheel stays round, and the angle θ1 - θf of the round front.
     fn flat_from(&self, entry: T) -> (T, T) {
         let depth = ((self.pressure / self.stiffness).ln() / self.exponent).exp();
-        let over = versine(entry) - depth / self.radius;
-        // The root of zero has no derivative: the tyre just touches.
-        let (zero, one) = (T::zero(), T::one());
-        let safe = zero.select_lt(over, over, one);
-        let angle = (safe / (T::from(2.0) - safe)).sqrt().atan() * 2.0;
-        // cos θf - cos θ1 = z_0/R = 2 sin((θ1 + θf)/2) sin((θ1 - θf)/2): a front far shorter than the flat keeps its digits.
-        let (middle, _) = ((entry + angle) * 0.5).sin_cos();
-        let half = (depth / (self.radius * middle * 2.0)).min_of(T::from(0.99));
-        let span = (half / (one - half.squared()).sqrt()).atan() * 2.0;
-        (
-            zero.select_lt(over, angle, zero),
-            zero.select_lt(over, span, entry),
-        )
+        flattened(entry, depth, self.radius)
     }
 
     fn displacement(&self, entry: T, angle: T) -> T {
@@ -265,22 +282,7 @@ impl TerrainModel for CompliantTyre {
     const SUMMARY: &'static str =
         "tyre that lies flat where the soil would push harder than inflation and carcass";
     const PARAMS: &'static [Param] = &[
-        BEKKER[0],
-        BEKKER[1],
-        BEKKER[2],
-        BEKKER[3],
-        BEKKER[4],
-        BEKKER[5],
-        Param {
-            name: "tyre_pressure",
-            symbol: "p_t",
-            unit: "Pa",
-            min: 1e3,
-            max: 1e7,
-            scale: Scale::Log,
-            prior_sd: 0.3,
-            doc: "inflation pressure and what the carcass adds to it",
-        },
+        BEKKER[0], BEKKER[1], BEKKER[2], BEKKER[3], BEKKER[4], BEKKER[5], PRESSURE,
     ];
     const EQUATION: &'static str = "\
 σ = k z^n pushes on the round front, θf <= θ <= θ1, until it reaches the pressure p_t of inflation and carcass at the

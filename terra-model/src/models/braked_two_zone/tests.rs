@@ -1,3 +1,4 @@
+use super::zones::JOIN;
 use super::*;
 use crate::{ForceLaw, catalogue};
 
@@ -19,13 +20,13 @@ fn the_zones_meet_where_the_paper_says() {
     let phi = sand()[4];
     let chi = std::f64::consts::FRAC_PI_4 - 0.5 * phi;
     for slip in [-0.1, -0.3, -0.7, -1.0] {
-        let t = wheel(slip).0.meeting;
+        let t = wheel(slip).0.zones.meeting;
         let off = t.cos() - (1.0 + slip) - chi.tan() * t.sin();
         assert!(off.abs() < 1e-12, "{off}");
     }
-    let locked = wheel(-1.0).0.meeting;
+    let locked = wheel(-1.0).0.zones.meeting;
     assert!((locked - (std::f64::consts::FRAC_PI_4 + 0.5 * phi)).abs() < 1e-12);
-    assert!(wheel(0.0).0.meeting.abs() < 1e-12);
+    assert!(wheel(0.0).0.zones.meeting.abs() < 1e-12);
 }
 
 /// Ahead the shear opposes the rotation, behind it drives it, and between them it is zero.
@@ -33,7 +34,7 @@ fn the_zones_meet_where_the_paper_says() {
 fn shear_changes_its_sign_where_the_zones_meet() {
     let (w, at) = wheel(-0.1);
     let entry = w.entry(&at).unwrap();
-    let places = w.places(entry);
+    let places = w.zones.places(entry);
     assert!(places.meeting < 0.9 * entry, "{} {entry}", places.meeting);
     let shear = |t: f64| w.stresses(&places, t).1;
     assert!(shear(places.meeting).abs() < 1e-9);
@@ -72,7 +73,7 @@ fn a_second_quadrature_agrees() {
     for slip in [-1.0, -0.5, -0.1, -0.03, 0.4] {
         let (w, at) = wheel(slip);
         let entry = w.entry(&at).unwrap();
-        let places = w.places(entry);
+        let places = w.zones.places(entry);
         let n = 400_000;
         let (mut load, mut torque) = (0.0, 0.0);
         for k in 0..n {

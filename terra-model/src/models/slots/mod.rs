@@ -17,7 +17,9 @@ mod pressure;
 mod pushed;
 mod rim;
 mod shear;
+mod two_zones;
 mod typical;
+mod tyre;
 mod wheel;
 
 use std::sync::{Arc, OnceLock};
@@ -30,6 +32,7 @@ use crate::error::ModelError;
 use crate::forces::{Angles, Contributions, Flags, WheelForces};
 use crate::guard::guard;
 use crate::model::{AnyModel, ModelAt, Soil};
+use crate::models::braked_two_zone::either;
 use crate::names::nearest;
 use crate::param::Param;
 use crate::real::{Real, Root, is_plain};
@@ -130,12 +133,7 @@ fn senseless(wheel: WheelKind, shear: ShearKind) -> Option<&'static str> {
             "this closed form knows the shear stress at its apex alone, and the law peaks elsewhere along the contact",
         );
     }
-    if wheel.breaks_the_soil() && !shear.is_of_the_soil() {
-        return Some(
-            "what lugs and flanks push aside resists with the soil's own cohesion and friction angle, which an interface does not tell",
-        );
-    }
-    None
+    wheel.asks_the_soil().filter(|_| !shear.is_of_the_soil())
 }
 
 /// A wheel put together from slots.
@@ -204,17 +202,8 @@ pub(crate) fn by_name(name: &str, registered: &[&'static str]) -> Result<Compose
     };
     let is_wheel = WheelKind::ALL.iter().any(|k| k.name() == wheel);
     if registered.contains(&wheel) && !is_wheel {
-        let why = match wheel {
-            "compliant-tyre" => {
-                ": its flat begins at the depth where Bekker's pressure reaches that of the tyre, in closed form"
-            }
-            "braked-two-zone" => {
-                ": driven it is wong-reece, whose slots are open, and its second zone was published for these laws alone"
-            }
-            _ => "",
-        };
         return Err(combination(format!(
-            "{wheel} is a whole model without slots{why}"
+            "{wheel} is a whole model without slots"
         )));
     }
     if !registered.contains(&wheel) {
@@ -297,13 +286,14 @@ impl Composed {
             T::Primal::zero()
         };
         let rises_to = rises_to(slip, wheel.rises_to());
-        let found = entry_angle(load, guess, slip, rises_to, |angle| tangent.load(angle))?;
+        let tolerance = wheel.tolerance();
+        let found = entry_angle(load, guess, slip, rises_to, tolerance, |angle| {
+            tangent.load(angle)
+        })?;
         Ok(found.with_derivatives(at.normal_load, |root| wheel.load(root)))
     }
-}
 
-impl<T: Real> ModelAt<T> for Composed {
-    fn wheel_forces_at(&self, p: &[T], at: &Contact<T>) -> Result<WheelForces<T>, ModelError> {
+    fn solved<T: Real>(&self, p: &[T], at: &Contact<T>) -> Result<WheelForces<T>, ModelError> {
         let wheel = self.wheel(p, at)?;
         let entry = Self::entry(&wheel, at)?;
         let Sums {
@@ -315,8 +305,7 @@ impl<T: Real> ModelAt<T> for Composed {
             lateral,
             ..
         } = wheel.sums(entry);
-        let (sin_half, _) = (entry * 0.5).sin_cos();
-        let sinkage = wheel.radius() * sin_half.squared() * 2.0 + wheel.soil().pressure.floor();
+        let sinkage = wheel.sinkage(entry) + wheel.soil().pressure.floor();
         let (exit, max_stress) = wheel.angles(entry);
         Ok(WheelForces {
             drawbar_pull: thrust + lug_thrust - compaction - bulldozing,
@@ -337,10 +326,27 @@ impl<T: Real> ModelAt<T> for Composed {
             },
             flags: Flags {
                 braking: at.slip.primal().any_lt(T::Primal::zero()),
-                apex_limited: wheel.apex_limited,
+                apex_limited: wheel.apex_limited(entry),
                 deep_sinkage: (at.radius * 0.5).primal().any_lt(sinkage.primal()),
             },
         })
+    }
+}
+
+impl<T: Real> ModelAt<T> for Composed {
+    fn wheel_forces_at(&self, p: &[T], at: &Contact<T>) -> Result<WheelForces<T>, ModelError> {
+        let forces = self.solved(p, at)?;
+        let slip = at.slip.primal();
+        let brakes = slip.any_lt(T::Primal::zero());
+        if self.0.wheel != WheelKind::BrakedTwoZone || !brakes || slip.max_lane() < 0.0 {
+            return Ok(forces);
+        }
+        // Lanes of both kinds: another wheel when driven.
+        let driven = Contact {
+            slip: at.slip.max_of(T::zero()),
+            ..*at
+        };
+        Ok(either(at.slip, forces, self.solved(p, &driven)?))
     }
 
     fn soil_at(&self, p: &[T], at: &Contact<T>) -> Soil<T> {
@@ -425,9 +431,12 @@ impl AnyModel for Composed {
         let wheel = self.wheel(p, at)?;
         let entry = Self::entry(&wheel, at)?;
         let (exit, apex) = wheel.angles(entry);
-        Ok(Some(StressField::new(exit, apex, entry, move |angle| {
+        let flat = wheel.flat(entry);
+        let mut field = StressField::new(exit, apex, entry, move |angle| {
             wheel.stress_at(entry, angle)
-        })))
+        });
+        field.flat = flat;
+        Ok(Some(field))
     }
 }
 

@@ -214,6 +214,7 @@ pub(super) const LUG_COUNT: Param = plain(
     1.0,
     "lugs around the wheel",
 );
+pub(super) const TYRE_PRESSURE: Param = crate::models::compliant_tyre::PRESSURE;
 pub(super) const LATERAL_MODULUS: Param = positive(
     "lateral_shear_modulus",
     "K_y",

@@ -89,6 +89,15 @@ impl<P: Root> Pieces<P> {
             || (P::from(STEEP_BEHIND).any_lt(self.steepness) && there.any_lt(P::from(SATURATED)));
     }
 
+    /// Adds pieces that shrink towards u = 1, where the steep quantity has a layer too.
+    pub(super) fn steep_end(&mut self, steepness: P) {
+        let one = P::one();
+        for reach in [FIRST_PIECE, 4.0 * FIRST_PIECE, 16.0 * FIRST_PIECE] {
+            let u = one - P::from(reach) / steepness;
+            self.at(P::from(STEEP).select_lt(steepness, u, one));
+        }
+    }
+
     /// All nodes of the branch in u, with `weights` for u^m on the first piece.
     pub(super) fn each_node<T: Real<Primal = P>>(
         &self,

@@ -256,6 +256,9 @@ impl PressureKind {
 /// A rut shallower than this \[m\] is none.
 const SHALLOW: f64 = 1e-9;
 
+/// Deeper than any wheel \[m\].
+const NEVER: f64 = 1e9;
+
 /// k_h (z - z_h) more below z_h.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Layer<T> {
@@ -369,6 +372,46 @@ impl<T: Real> Pressure<T> {
                 quadratic: mat * (T::one() / length + T::one() / width) * 2.0,
             },
             law => law,
+        }
+    }
+
+    /// True where a depth alone does not tell p.
+    pub(super) fn feels_length(&self) -> bool {
+        matches!(self, Pressure::Peat { .. })
+    }
+
+    /// Depth at which p reaches a pressure; [`NEVER`] where it does not.
+    pub(super) fn depth_at(&self, pressure: T) -> T {
+        let power = |stiffness: T, exponent: T| ((pressure / stiffness).ln() / exponent).exp();
+        match *self {
+            Pressure::Power {
+                stiffness,
+                exponent,
+            } => power(stiffness, exponent),
+            Pressure::Plateau {
+                pressure: most,
+                depth,
+            } => {
+                let left = T::one() - pressure / most;
+                let held = T::zero().select_lt(left, left, T::one());
+                T::zero().select_lt(left, -(held.ln() * depth), T::from(NEVER))
+            }
+            Pressure::Peat { stiffness, .. } => pressure / stiffness,
+            Pressure::Quadratic { linear, quadratic } => {
+                let root = (linear.squared() + quadratic * pressure * 4.0).sqrt();
+                pressure * 2.0 / (linear + root)
+            }
+            Pressure::Rut {
+                stiffness,
+                exponent,
+                unloading,
+                floor,
+                elastic,
+            } => (pressure / unloading).select_lt(
+                elastic,
+                pressure / unloading,
+                power(stiffness, exponent) - floor,
+            ),
         }
     }
 

@@ -198,6 +198,12 @@ impl<T: Real> Strength<T> {
         }
     }
 
+    /// E with the sign of y = j/K.
+    pub(super) fn signed(&self, y: T) -> T {
+        let e = self.mobilised(y.abs());
+        y.select_lt(T::zero(), -e, e)
+    }
+
     /// True where more displacement can mean less shear stress, so that more sinkage can carry less.
     pub(super) fn falls(&self) -> bool {
         !matches!(self.form, Form::Rising { .. })

@@ -28,6 +28,7 @@ fn value(name: &str, soil: usize, soft: bool) -> Option<f64> {
         "lug_height" => three([0.01, 0.005, 0.015]),
         "lug_count" => three([24.0, 30.0, 18.0]),
         "lateral_shear_modulus" => three([0.02, 0.015, 0.01]),
+        "tyre_pressure" => three([1.5e4, 7e4, 1.5e5]),
         "lug_reach" => three([0.005, 0.0, 0.01]),
         _ => None,
     }

@@ -8,12 +8,20 @@ use super::params as par;
 use super::pressure::PressureKind;
 use super::pushed::{self, Broken, Lugs, Side};
 use super::rim::{self, Rim};
+use super::two_zones::TwoZones;
+use super::tyre::Tyre;
 use crate::contact::{Contact, Hook};
 use crate::error::ModelError;
+use crate::model::TerrainModel;
 use crate::models::bekker::apex_ratio;
+use crate::models::braked_two_zone::zones::Zones;
+use crate::models::{BrakedTwoZone, CompliantTyre};
 use crate::param::Param;
 use crate::real::{Real, Root, is_plain};
-use crate::root::{LINEAR_RISES_TO, LINEAR_WITH_EXIT_RISES_TO, MAX_ENTRY_ANGLE, RISING_EXIT};
+use crate::root::{
+    FINE_TOLERANCE, LINEAR_RISES_TO, LINEAR_WITH_EXIT_RISES_TO, MAX_ENTRY_ANGLE, RISING_EXIT,
+    TOLERANCE,
+};
 use crate::stress::StressPoint;
 
 /// The wheels by name.
@@ -26,10 +34,12 @@ pub(super) enum WheelKind {
     ScmColumn,
     GrouserPassive,
     Lateral,
+    CompliantTyre,
+    BrakedTwoZone,
 }
 
 impl WheelKind {
-    pub(super) const ALL: [WheelKind; 7] = [
+    pub(super) const ALL: [WheelKind; 9] = [
         WheelKind::WongReece,
         WheelKind::LinearStress,
         WheelKind::LinearStressSymmetric,
@@ -37,6 +47,8 @@ impl WheelKind {
         WheelKind::ScmColumn,
         WheelKind::GrouserPassive,
         WheelKind::Lateral,
+        WheelKind::CompliantTyre,
+        WheelKind::BrakedTwoZone,
     ];
 
     pub(super) fn name(self) -> &'static str {
@@ -48,6 +60,8 @@ impl WheelKind {
             WheelKind::ScmColumn => "scm-column",
             WheelKind::GrouserPassive => "grouser-passive",
             WheelKind::Lateral => "lateral",
+            WheelKind::CompliantTyre => "compliant-tyre",
+            WheelKind::BrakedTwoZone => "braked-two-zone",
         }
     }
 
@@ -67,6 +81,12 @@ impl WheelKind {
             }
             WheelKind::Lateral => {
                 "rigid wheel with an apex that moves with slip and a side force under a slip angle"
+            }
+            WheelKind::CompliantTyre => {
+                "tyre that lies flat where the soil would push harder than inflation and carcass"
+            }
+            WheelKind::BrakedTwoZone => {
+                "rigid wheel that, braked or towed, has two zones of shear whose soil flows apart"
             }
             WheelKind::LinearStress => {
                 "rigid wheel whose stresses are linear between entry, apex and bottom: a closed form"
@@ -100,6 +120,12 @@ impl WheelKind {
             WheelKind::Lateral => {
                 "G. Ishigami, A. Miwa, K. Nagatani, K. Yoshida, J. Field Robotics 24(3):233-250, 2007 (formulas as an open code after that paper has them)"
             }
+            WheelKind::CompliantTyre => {
+                "M. G. Bekker, 1969; J. Y. Wong, Theory of Ground Vehicles (forms recalled)"
+            }
+            WheelKind::BrakedTwoZone => {
+                "J. Y. Wong, A. R. Reece, J. Terramechanics 4(2):7-25, 1967 (part II; formulas as an open code after that paper has them)"
+            }
             WheelKind::ScmColumn => {
                 "A. Tasora et al., Int. J. Vehicle Performance 5(1):60-76, 2019; the closed form is ours"
             }
@@ -116,12 +142,17 @@ impl WheelKind {
                 &[linear::EQUATION]
             }
             WheelKind::ScmColumn => &[column::EQUATION],
+            WheelKind::CompliantTyre => &[CompliantTyre::EQUATION],
+            WheelKind::BrakedTwoZone => &[BrakedTwoZone::EQUATION],
         }
     }
 
     pub(super) fn params(self) -> &'static [Param] {
         match self {
-            WheelKind::WongReece | WheelKind::LinearStress => &[par::C1, par::C2],
+            WheelKind::WongReece | WheelKind::LinearStress | WheelKind::BrakedTwoZone => {
+                &[par::C1, par::C2]
+            }
+            WheelKind::CompliantTyre => &[par::TYRE_PRESSURE],
             WheelKind::LinearStressSymmetric | WheelKind::ScmColumn => &[],
             WheelKind::DingClosed => &[par::C1, par::C2, par::C3, par::LUG_REACH],
             WheelKind::GrouserPassive => &[
@@ -146,7 +177,10 @@ impl WheelKind {
                 Hook::LugHeight,
                 Hook::LateralSlip,
             ],
-            WheelKind::LinearStress | WheelKind::LinearStressSymmetric => &[Hook::ContactRadius],
+            WheelKind::LinearStress
+            | WheelKind::LinearStressSymmetric
+            | WheelKind::CompliantTyre
+            | WheelKind::BrakedTwoZone => &[Hook::ContactRadius],
             WheelKind::DingClosed => &[Hook::ContactRadius, Hook::ExitRatio, Hook::LugHeight],
             WheelKind::ScmColumn => &[Hook::ContactRadius, Hook::LugHeight],
         }
@@ -160,9 +194,17 @@ impl WheelKind {
         )
     }
 
-    /// True where parts of the wheel push soil until it breaks.
-    pub(super) fn breaks_the_soil(self) -> bool {
-        matches!(self, WheelKind::GrouserPassive | WheelKind::Lateral)
+    /// What the wheel asks of the soil itself, which a law of the interface between soil and rim does not tell.
+    pub(super) fn asks_the_soil(self) -> Option<&'static str> {
+        match self {
+            WheelKind::GrouserPassive | WheelKind::Lateral => Some(
+                "what lugs and flanks push aside resists with the soil's own cohesion and friction angle, which an interface does not tell",
+            ),
+            WheelKind::BrakedTwoZone => Some(
+                "the zones of a braked wheel meet where the soil's own friction angle has its slip line, which an interface does not tell",
+            ),
+            _ => None,
+        }
     }
 
     /// The wheel with its numbers on a soil.
@@ -230,7 +272,31 @@ impl WheelKind {
                     width: at.width,
                 }),
             }),
-            WheelKind::WongReece | WheelKind::GrouserPassive | WheelKind::Lateral => {
+            WheelKind::CompliantTyre => {
+                let pressure = values.get("tyre_pressure", Must::BePositive)?;
+                let lengths = [radius, at.radius, at.width];
+                Ok(Wheel {
+                    apex_limited: false,
+                    shape: Shape::Tyre(Tyre::new(soil, slip, pressure, lengths)),
+                })
+            }
+            WheelKind::BrakedTwoZone if at.slip.primal().any_lt(T::Primal::zero()) => {
+                let (apex_ratio, _) = apex()?;
+                Ok(Wheel {
+                    apex_limited: false,
+                    shape: Shape::TwoZones(TwoZones {
+                        zones: Zones::new(soil.strength.tan_friction, at.slip, slip, apex_ratio),
+                        soil,
+                        radius,
+                        torque_arm: at.radius,
+                        width: at.width,
+                    }),
+                })
+            }
+            WheelKind::WongReece
+            | WheelKind::GrouserPassive
+            | WheelKind::Lateral
+            | WheelKind::BrakedTwoZone => {
                 let (apex_ratio, apex_limited) = apex()?;
                 let broken = || -> Result<Broken<T>, ModelError> {
                     Ok(Broken {
@@ -276,7 +342,7 @@ impl WheelKind {
 /// A wheel with its numbers.
 #[derive(Clone, Copy)]
 pub(super) struct Wheel<T> {
-    pub(super) apex_limited: bool,
+    apex_limited: bool,
     shape: Shape<T>,
 }
 
@@ -285,6 +351,8 @@ enum Shape<T> {
     Rim(Rim<T>),
     Linear(Linear<T>),
     Column(Column<T>),
+    Tyre(Tyre<T>),
+    TwoZones(TwoZones<T>),
 }
 
 impl<T: Real> Wheel<T> {
@@ -295,6 +363,8 @@ impl<T: Real> Wheel<T> {
                 Shape::Rim(w) => Shape::Rim(w.map(f)),
                 Shape::Linear(w) => Shape::Linear(w.map(f)),
                 Shape::Column(w) => Shape::Column(w.map(f)),
+                Shape::Tyre(w) => Shape::Tyre(w.map(f)),
+                Shape::TwoZones(w) => Shape::TwoZones(w.map(f)),
             },
         }
     }
@@ -305,6 +375,8 @@ impl<T: Real> Wheel<T> {
             Shape::Rim(w) => w.sums(entry),
             Shape::Linear(w) => w.sums(entry),
             Shape::Column(w) => w.sums(entry),
+            Shape::Tyre(w) => w.sums(entry),
+            Shape::TwoZones(w) => w.sums(entry),
         }
     }
 
@@ -314,6 +386,8 @@ impl<T: Real> Wheel<T> {
             Shape::Rim(w) => w.sums(entry).load,
             Shape::Linear(w) => w.sums(entry).load,
             Shape::Column(w) => w.load(entry),
+            Shape::Tyre(w) => w.load(entry),
+            Shape::TwoZones(w) => w.sums(entry).load,
         }
     }
 
@@ -327,6 +401,8 @@ impl<T: Real> Wheel<T> {
             Shape::Rim(w) => &w.soil,
             Shape::Linear(w) => &w.soil,
             Shape::Column(w) => &w.soil,
+            Shape::Tyre(w) => w.soil(),
+            Shape::TwoZones(w) => &w.soil,
         }
     }
 
@@ -335,6 +411,8 @@ impl<T: Real> Wheel<T> {
             Shape::Rim(w) => w.radius,
             Shape::Linear(w) => w.radius,
             Shape::Column(w) => w.radius,
+            Shape::Tyre(w) => w.radius(),
+            Shape::TwoZones(w) => w.radius,
         }
     }
 
@@ -344,6 +422,36 @@ impl<T: Real> Wheel<T> {
             Shape::Rim(w) => (w.exit(entry), w.apex(entry)),
             Shape::Linear(w) => (w.exit(entry), w.apex(entry)),
             Shape::Column(_) => (T::zero(), T::zero()),
+            Shape::Tyre(w) => {
+                let from = w.flat_from(entry);
+                (-from, from)
+            }
+            Shape::TwoZones(w) => (T::zero(), w.apex(entry)),
+        }
+    }
+
+    /// How deep the lowest point of the wheel lies below the surface that it meets.
+    pub(super) fn sinkage(&self, entry: T) -> T {
+        if let Shape::Tyre(w) = &self.shape {
+            return w.sinkage(entry);
+        }
+        let (sin_half, _) = (entry * 0.5).sin_cos();
+        self.radius() * sin_half.squared() * 2.0
+    }
+
+    /// True where the angle of largest stress was held inside the contact.
+    pub(super) fn apex_limited(&self, entry: T) -> bool {
+        match &self.shape {
+            Shape::TwoZones(w) => w.zones.held(entry),
+            _ => self.apex_limited,
+        }
+    }
+
+    /// How exactly the iteration finds the entry angle before its last step.
+    pub(super) fn tolerance(&self) -> f64 {
+        match &self.shape {
+            Shape::Tyre(_) => FINE_TOLERANCE,
+            _ => TOLERANCE,
         }
     }
 
@@ -351,7 +459,10 @@ impl<T: Real> Wheel<T> {
     pub(super) fn rises_to(&self) -> f64 {
         match &self.shape {
             Shape::Column(_) => MAX_ENTRY_ANGLE,
-            Shape::Rim(_) | Shape::Linear(_) if self.soil().strength.falls() => 0.0,
+            Shape::Rim(_) | Shape::Linear(_) | Shape::Tyre(_) if self.soil().strength.falls() => {
+                0.0
+            }
+            Shape::Tyre(_) | Shape::TwoZones(_) => MAX_ENTRY_ANGLE,
             Shape::Rim(w) if w.exit_ratio.primal().max_lane() > RISING_EXIT => 0.0,
             Shape::Rim(_) => MAX_ENTRY_ANGLE,
             Shape::Linear(w) if w.exit_ratio.primal().abs().max_lane() > 0.0 => {
@@ -368,6 +479,16 @@ impl Wheel<f64> {
             Shape::Rim(w) => w.stress_at(entry, angle),
             Shape::Linear(w) => w.stress_at(entry, angle),
             Shape::Column(w) => w.stress_at(entry, angle),
+            Shape::Tyre(w) => w.stress_at(entry, angle),
+            Shape::TwoZones(w) => w.stress_at(entry, angle),
+        }
+    }
+
+    /// Half the angle under which a tyre lies flat, where it does.
+    pub(super) fn flat(&self, entry: f64) -> Option<f64> {
+        match &self.shape {
+            Shape::Tyre(w) => Some(w.flat_from(entry)).filter(|from| *from > 0.0),
+            _ => None,
         }
     }
 }

@@ -9,6 +9,8 @@ mod pressures;
 mod pushing;
 mod scans;
 mod shears;
+mod two_zones;
+mod tyre;
 mod wheels;
 
 use super::*;
@@ -93,6 +95,23 @@ fn same_over_the_catalogue(
     }
     compared
 }
+
+/// Parameters of a Bekker soil, k_c, k_φ and n before the others, in those of another law.
+type InOtherLaw = fn(&[f64]) -> Vec<f64>;
+
+/// The other pressure laws at the values at which they are Bekker's, .15 m wide.
+const AS_BEKKER: [(&str, InOtherLaw); 4] = [
+    ("reece", |p| {
+        // γ b k_φ' (z/b)^n of a weight of 15 kN/m³.
+        let k_phi_prime = (p[0] / 0.15 + p[1]) * 0.15_f64.powf(p[2] - 1.0) / 15_000.0;
+        [&[0.0, k_phi_prime, p[2], 15_000.0], &p[3..]].concat()
+    }),
+    ("slip-exponent", |p| [&p[..3], &[0.0], &p[3..]].concat()),
+    ("layered", |p| [&p[..3], &[0.0, 0.02], &p[3..]].concat()),
+    ("unload-reload", |p| {
+        [&p[..3], &[1e8, 0.0, 0.0], &p[3..]].concat()
+    }),
+];
 
 fn plain(name: &str) -> Law {
     Registry::builtin().law(name).unwrap()

@@ -27,7 +27,7 @@ fn every_filling_of_a_slot_makes_a_model() {
     all.sort_unstable();
     offered.sort_unstable();
     assert_eq!(offered, all);
-    assert!(Slots::of("wes-brixius").is_none() && Slots::of("braked-two-zone").is_none());
+    assert!(Slots::of("wes-brixius").is_none() && Slots::of("hard-ground").is_none());
 }
 
 #[test]
@@ -48,6 +48,20 @@ fn names_by_slot() {
         name("wong-reece:reece:wong-hump").unwrap(),
         "wong-reece:reece:wong-hump"
     );
+    for (given, known) in [
+        ("compliant-tyre:bekker:janosi-hanamoto", "compliant-tyre"),
+        ("braked-two-zone:bekker", "braked-two-zone"),
+        (
+            "compliant-tyre:exponential-snow",
+            "compliant-tyre:exponential-snow",
+        ),
+        (
+            "braked-two-zone:reece:wong-hump",
+            "braked-two-zone:reece:wong-hump",
+        ),
+    ] {
+        assert_eq!(name(given).unwrap(), known);
+    }
     for (wrong, kind, meant) in [
         ("wong-rece:reece", "wheel", Some("wong-reece")),
         ("wong-reece:rece", "pressure law", Some("reece")),
@@ -68,6 +82,7 @@ fn names_by_slot() {
         "hard-ground:bekker:muskeg",
         "linear-stress:bekker:muskeg",
         "ding-closed:bekker:wong-hump",
+        "braked-two-zone:bekker:interface",
     ] {
         assert!(
             matches!(name(wrong), Err(ModelError::Combination { .. })),

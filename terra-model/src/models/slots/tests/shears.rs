@@ -42,6 +42,54 @@ fn the_hump_is_the_published_curve() {
     assert!((peak - 1.0535).abs() < 2e-4, "{peak}");
 }
 
+/// The mean of E, with its sign, over straight lines of y by the antiderivatives of the published curves.
+#[test]
+fn means_under_a_flat_are_those_of_antiderivatives() {
+    use std::f64::consts::E;
+    for name in ["janosi-hanamoto", "wong-hump", "muskeg"] {
+        let kind = slot("", &ShearKind::ALL, ShearKind::name, name).unwrap();
+        let p = [1000.0, 0.5, 1.0, 0.6];
+        let c = composed(&format!("scm-column:bekker:{name}")).0;
+        let params: &'static [Param] = &c.params[3..];
+        let values = Values {
+            model: "test",
+            params,
+            p: &p[..params.len()],
+        };
+        let strength = kind.read(&values, &at(0.1, 1.0)).unwrap();
+        // ∫ E from 0 to |y|.
+        let integral = |y: f64| {
+            let y = y.abs();
+            let (one, two) = (-(-y).exp_m1(), -0.5 * (-2.0 * y).exp_m1());
+            match kind {
+                ShearKind::WongHump => {
+                    let lift = (1.0 / (0.6 * (1.0 - 1.0 / E)) - 1.0) * E;
+                    0.6 * (y - one + lift * (one - two))
+                }
+                ShearKind::Muskeg => E * (1.0 - (1.0 + y) * (-y).exp()),
+                _ => y - one,
+            }
+        };
+        for start in [0.0, 0.3, 2.0, 40.0, -0.5, -7.0] {
+            for change in [
+                0.5, 3.0, 30.0, 1e3, 1e7, 1e13, -0.5, -3.0, -30.0, -1e3, -1e7, -1e13,
+            ] {
+                let end = start + change;
+                let exact = (integral(end) - integral(start)) / change;
+                let found = super::super::tyre::mean_mobilised(&strength, start, change);
+                // The antiderivatives' own rounding.
+                let bound = 1e-13 + 1e-15 * integral(end).max(integral(start)) / change.abs();
+                assert!(
+                    (found - exact).abs() < bound,
+                    "{name} {start} {change}: {found} {exact}"
+                );
+            }
+        }
+        let still = super::super::tyre::mean_mobilised(&strength, 0.7, 0.0);
+        assert!((still - strength.mobilised(0.7)).abs() < 1e-15);
+    }
+}
+
 /// Muskeg: one at y = 1, nothing at the start and far on.
 #[test]
 fn muskeg_loses_its_strength() {
