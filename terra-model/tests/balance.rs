@@ -196,11 +196,13 @@ fn combinations_carry_the_load<'a>(names: impl Iterator<Item = &'a str>) {
     let registry = Registry::builtin();
     let adaptive = Adaptive::new(7);
     let (mut failures, mut contacts, mut asked) = (vec![], 0, 0);
-    for name in names {
+    // A part of them: `TERRA_COMBINATIONS=compliant-tyre` asks those whose names hold that.
+    let part = std::env::var("TERRA_COMBINATIONS").unwrap_or_default();
+    for name in names.filter(|name| name.contains(&part)) {
         let law = registry.law(name).unwrap();
         let mut soils = law.model().typical_parameters();
         soils.truncate(2);
-        let slips = [-0.3, 0.05, 0.6];
+        let slips = [-0.3, -0.03, 0.05, 0.6];
         let (worst, place, compared) = worst(&adaptive, &law, &soils, &slips, &[245.25]);
         contacts += compared;
         asked += 1;

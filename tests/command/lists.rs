@@ -89,7 +89,7 @@ fn every_slot_is_listed() {
             }
         }
     }
-    assert_eq!(wheels, 7);
+    assert_eq!(wheels, 9);
     assert!(plain.contains(&format!("{combinations} combinations")));
 }
 

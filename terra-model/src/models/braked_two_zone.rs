@@ -298,11 +298,7 @@ fn braked_forces<T: Real>(p: &[T], at: &Contact<T>) -> Result<WheelForces<T>, Mo
 }
 
 /// Each lane of one or the other.
-pub(in crate::models) fn either<T: Real>(
-    slip: T,
-    braked: WheelForces<T>,
-    driven: WheelForces<T>,
-) -> WheelForces<T> {
+fn either<T: Real>(slip: T, braked: WheelForces<T>, driven: WheelForces<T>) -> WheelForces<T> {
     let zero = T::zero();
     let pick = |a: T, b: T| slip.select_lt(zero, a, b);
     let both = |a: Option<T>, b: Option<T>| a.zip(b).map(|(a, b)| pick(a, b));

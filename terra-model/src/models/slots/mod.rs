@@ -32,7 +32,6 @@ use crate::error::ModelError;
 use crate::forces::{Angles, Contributions, Flags, WheelForces};
 use crate::guard::guard;
 use crate::model::{AnyModel, ModelAt, Soil};
-use crate::models::braked_two_zone::either;
 use crate::names::nearest;
 use crate::param::Param;
 use crate::real::{Real, Root, is_plain};
@@ -292,8 +291,10 @@ impl Composed {
         })?;
         Ok(found.with_derivatives(at.normal_load, |root| wheel.load(root)))
     }
+}
 
-    fn solved<T: Real>(&self, p: &[T], at: &Contact<T>) -> Result<WheelForces<T>, ModelError> {
+impl<T: Real> ModelAt<T> for Composed {
+    fn wheel_forces_at(&self, p: &[T], at: &Contact<T>) -> Result<WheelForces<T>, ModelError> {
         let wheel = self.wheel(p, at)?;
         let entry = Self::entry(&wheel, at)?;
         let Sums {
@@ -330,23 +331,6 @@ impl Composed {
                 deep_sinkage: (at.radius * 0.5).primal().any_lt(sinkage.primal()),
             },
         })
-    }
-}
-
-impl<T: Real> ModelAt<T> for Composed {
-    fn wheel_forces_at(&self, p: &[T], at: &Contact<T>) -> Result<WheelForces<T>, ModelError> {
-        let forces = self.solved(p, at)?;
-        let slip = at.slip.primal();
-        let brakes = slip.any_lt(T::Primal::zero());
-        if self.0.wheel != WheelKind::BrakedTwoZone || !brakes || slip.max_lane() < 0.0 {
-            return Ok(forces);
-        }
-        // Lanes of both kinds: another wheel when driven.
-        let driven = Contact {
-            slip: at.slip.max_of(T::zero()),
-            ..*at
-        };
-        Ok(either(at.slip, forces, self.solved(p, &driven)?))
     }
 
     fn soil_at(&self, p: &[T], at: &Contact<T>) -> Soil<T> {

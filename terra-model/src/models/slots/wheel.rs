@@ -280,6 +280,7 @@ impl WheelKind {
                     shape: Shape::Tyre(Tyre::new(soil, slip, pressure, lengths)),
                 })
             }
+            // Lanes that are driven beside braked ones have one zone of it, which is the same rim.
             WheelKind::BrakedTwoZone if at.slip.primal().any_lt(T::Primal::zero()) => {
                 let (apex_ratio, _) = apex()?;
                 Ok(Wheel {
@@ -459,7 +460,9 @@ impl<T: Real> Wheel<T> {
     pub(super) fn rises_to(&self) -> f64 {
         match &self.shape {
             Shape::Column(_) => MAX_ENTRY_ANGLE,
-            Shape::Rim(_) | Shape::Linear(_) | Shape::Tyre(_) if self.soil().strength.falls() => {
+            Shape::Rim(_) | Shape::Linear(_) | Shape::Tyre(_) | Shape::TwoZones(_)
+                if self.soil().strength.falls() =>
+            {
                 0.0
             }
             Shape::Tyre(_) | Shape::TwoZones(_) => MAX_ENTRY_ANGLE,

@@ -109,3 +109,69 @@ fn every_combination_has_forces_and_derivatives() {
     }
     assert!(compared > 3000, "{compared}");
 }
+
+/// A hook that a combination lists changes its forces, driven or braked.
+#[test]
+fn every_hook_of_a_combination_acts() {
+    use crate::contact::Hooks;
+    let moved = |hook: Hook| {
+        let mut hooks = Hooks::<f64>::neutral();
+        match hook {
+            Hook::Stiffness => hooks.stiffness = 1.2,
+            Hook::Cohesion => hooks.cohesion = 1.5,
+            Hook::Friction => hooks.friction = 1.2,
+            Hook::ShearModulus => hooks.shear_modulus = 1.3,
+            Hook::SinkageExponent => hooks.sinkage_exponent = 0.1,
+            Hook::ContactRadius => hooks.contact_radius = 1.1,
+            Hook::ExitRatio => hooks.exit_ratio = 0.2,
+            Hook::ShearHump => hooks.shear_hump = 0.3,
+            Hook::LugHeight => hooks.lug_height = 0.01,
+            Hook::Layer => (hooks.layer_depth, hooks.layer_stiffness) = (2e-3, 1e7),
+            Hook::LateralSlip => hooks.lateral_slip = Some(0.2),
+        }
+        hooks
+    };
+    for c in combinations() {
+        let p = &typical::parameters(&c.params)[0];
+        let forces = |slip: f64, hooks: Hooks<f64>| {
+            let at = Contact {
+                hooks,
+                ..at(slip, 245.25)
+            };
+            let f = ModelAt::wheel_forces_at(&Composed(c), p, &at).unwrap();
+            [f.drawbar_pull, f.resistive_torque, f.lateral_force].map(|x| x / 245.25)
+        };
+        for &hook in &c.hooks {
+            let acts = |slip: f64| {
+                let nominal = forces(slip, Hooks::neutral());
+                let hooked = forces(slip, moved(hook));
+                nominal
+                    .iter()
+                    .zip(hooked)
+                    .any(|(a, b)| (a - b).abs() > 1e-6)
+            };
+            assert!(acts(0.3) && acts(-0.1), "{} {}", c.name, hook.name());
+        }
+    }
+}
+
+/// Every effect on tyres and wheels of two zones: refused, or at magnitude zero bit for bit the wheel alone and with exact
+/// derivatives elsewhere.
+#[test]
+fn effects_go_with_tyres_and_two_zones() {
+    let mut carried = 0;
+    for name in [
+        "compliant-tyre:peat:wong-hump",
+        "compliant-tyre:layered:interface",
+        "braked-two-zone:exponential-snow:janosi-hanamoto",
+        "braked-two-zone:unload-reload:muskeg",
+    ] {
+        let model = composed(name).shared();
+        for effect in Registry::builtin().effects() {
+            let checked = crate::conformance::check_pair(&model, effect);
+            let checked = checked.unwrap_or_else(|e| panic!("{e}"));
+            carried += usize::from(checked.derivatives > 0);
+        }
+    }
+    assert!(carried > 40, "{carried}");
+}

@@ -5,8 +5,8 @@ use proptest::prelude::*;
 use super::*;
 
 /// Wheels whose load may fall as they sink: stresses linear between exit, apex and entry, and a rigid rim with a long rear
-/// contact.
-const WHEELS: [&str; 8] = [
+/// contact; tyres and braked wheels of two zones.
+const WHEELS: [&str; 12] = [
     "linear-stress:bekker:janosi-hanamoto",
     "linear-stress-symmetric:bekker:janosi-hanamoto",
     "linear-stress:slip-exponent:janosi-hanamoto",
@@ -15,6 +15,10 @@ const WHEELS: [&str; 8] = [
     "wong-reece:bekker:janosi-hanamoto",
     "wong-reece:bekker:wong-hump",
     "wong-reece:bekker:muskeg",
+    "compliant-tyre:bekker:janosi-hanamoto",
+    "compliant-tyre:bekker:wong-hump",
+    "braked-two-zone:bekker:janosi-hanamoto",
+    "braked-two-zone:bekker:wong-hump",
 ];
 
 /// Angles of the scan: by hundredths of themselves from a thousandth of a degree to ten, and then a tenth apart up to 90°.
@@ -63,6 +67,7 @@ prop_compose! {
         apex in 0.02..0.97_f64,
         growth in 0.0..1.0_f64,
         exit in 0.0..0.9_f64,
+        pressure in (3e3_f64.ln()..1e6_f64.ln()).prop_map(f64::exp),
         slip in prop_oneof![-1.0..0.0_f64, 0.0..=1.0_f64],
         share in 0.02..0.97_f64,
     ) -> (&'static str, Vec<f64>, f64, f64, f64) {
@@ -79,6 +84,7 @@ prop_compose! {
             "c1" => apex,
             "c2" => growth * (0.98 - apex),
             "c3" => -0.6 * exit,
+            "tyre_pressure" => pressure,
             other => panic!("{other}"),
         };
         let p = composed(name).params().iter().map(value).collect();
