@@ -213,6 +213,19 @@ pub(crate) fn by_name(name: &str, registered: &[&'static str]) -> Result<Compose
         });
     }
     let wheel = slot("wheel", &WheelKind::ALL, WheelKind::name, wheel)?;
+    // A law in the other's place is no typing error.
+    let is_shear = |name: &str| ShearKind::ALL.iter().any(|k| k.name() == name);
+    let is_pressure = |name: &str| PressureKind::ALL.iter().any(|k| k.name() == name);
+    if pressure.is_some_and(is_shear) || shear.is_some_and(is_pressure) {
+        let laws = [pressure, shear].into_iter().flatten();
+        let of = |is: &dyn Fn(&str) -> bool| laws.clone().find(|name| is(name));
+        let pressure = of(&is_pressure).unwrap_or(wheel.default_pressure().name());
+        let shear = of(&is_shear).unwrap_or(ShearKind::JanosiHanamoto.name());
+        let meant = format!("{}:{pressure}:{shear}", wheel.name());
+        return Err(combination(format!(
+            "the pressure law comes before the shear law: {meant}"
+        )));
+    }
     let pressure = match pressure {
         Some(p) => slot("pressure law", &PressureKind::ALL, PressureKind::name, p)?,
         None => wheel.default_pressure(),

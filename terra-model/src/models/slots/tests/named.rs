@@ -89,6 +89,21 @@ fn names_by_slot() {
             "{wrong}"
         );
     }
+    // A law in the other's place says which name was meant.
+    for (wrong, meant) in [
+        ("wong-reece:wong-hump", "wong-reece:bekker:wong-hump"),
+        ("wong-reece:muskeg:peat", "wong-reece:peat:muskeg"),
+        (
+            "ding-closed:interface",
+            "ding-closed:slip-exponent:interface",
+        ),
+    ] {
+        let Err(ModelError::Combination { reason, .. }) = name(wrong) else {
+            panic!("{wrong}")
+        };
+        assert!(reason.ends_with(meant), "{reason}");
+        assert!(registry.model(meant).is_ok());
+    }
     assert!(Registry::empty().model("wong-reece:reece").is_err());
     // Presets alone are listed.
     assert!(registry.models().iter().all(|m| !m.name().contains(':')));
