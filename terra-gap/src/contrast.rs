@@ -27,7 +27,7 @@ use crate::hypothesis::Hypothesis;
 use crate::noise::Inherited;
 use crate::null::{drop_unanswered, refit};
 use crate::settings::LogKind;
-use crate::setup::{Rival, Setup};
+use crate::setup::{OTHER_SOIL, Rival, Setup};
 use crate::soil::{free_soil, widths};
 use crate::soil_space::SoilSpace;
 
@@ -185,7 +185,7 @@ pub(crate) fn against<'a, P: Predictor>(
         vec![]
     } else {
         vec![Rival {
-            name: "soil-change".to_owned(),
+            name: OTHER_SOIL.to_owned(),
             law: law.clone(),
             soil: Arc::new(SoilSpace::new(whole, labels)),
         }]

@@ -101,6 +101,9 @@ pub(crate) fn decide(
             } else {
                 "ambiguous"
             };
+            out.reason = ranking.stand_in.then(|| {
+                "another soil and an effect of the ground stand for each other where the simulator's wheel law is another; a simulator's log of the same ground (--same-bed) tells them apart".to_owned()
+            });
         }
         accept(&mut out, top);
     }

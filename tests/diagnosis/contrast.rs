@@ -33,11 +33,16 @@ fn log(effect: &str, seed: u64) -> RigLog {
 }
 
 fn against(effect: &str, seed: u64) -> Diagnosis {
+    against_on(effect, seed, false)
+}
+
+/// The same, told or not that both logs are of the same ground.
+fn against_on(effect: &str, seed: u64, same_bed: bool) -> Diagnosis {
     let (rover, registry) = (rig(), Registry::builtin());
     let settings = Settings::of(&rover);
     let (sim, real) = (log("", 100 + seed), log(effect, seed));
-    let (d, _) = diagnose_rig_against(&sim, &real, &rover, &registry, &settings, false).unwrap();
-    d
+    let found = diagnose_rig_against(&sim, &real, &rover, &registry, &settings, same_bed);
+    found.unwrap().0
 }
 
 /// The wheel law's own error is no cause: it is in the simulator as well. Alone, the same log asks for another structure.
@@ -81,4 +86,19 @@ fn an_effect_of_the_ground_needs_no_second_one_against_a_foreign_wheel_law() {
     for cause in d.causes.iter().filter(|c| c.kind == CauseKind::Combination) {
         assert!(!cause.name.split('+').any(of_the_ground), "{}", cause.name);
     }
+}
+
+/// A weaker rim and weaker soil look alike through a foreign wheel law: both are said, and a log of the same ground decides.
+#[test]
+fn other_soil_stands_beside_an_effect_of_the_ground_until_the_bed_is_the_same() {
+    let effect = "[[effect]]\nname = \"interface-friction\"\nmagnitude = 0.15\n";
+    let d = against(effect, 4);
+    assert_eq!(d.verdict, "ambiguous");
+    assert_eq!(d.set, ["interface-friction", "soil-change"]);
+    assert!(d.reason.unwrap().contains("--same-bed"));
+    let d = against_on(effect, 4, true);
+    assert_eq!(
+        (d.verdict, d.set),
+        ("named", vec!["interface-friction".to_owned()])
+    );
 }
