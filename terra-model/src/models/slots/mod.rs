@@ -4,6 +4,9 @@
 //! stress grows with displacement. Parameters are those of the pressure law, of the shear law, of the wheel, in that
 //! order. A load gives the entry angle; its derivatives follow from one implicit step.
 //!
+//! `wong-reece`, `linear-stress`, `compliant-tyre` and `braked-two-zone` with their default laws are models of their own, fast
+//! ones; here are the same wheels for every other law.
+//!
 //! To add a law is to add a variant to [`pressure`] or [`shear`], a wheel one to [`wheel`].
 
 pub(super) mod checks;
