@@ -77,10 +77,11 @@ pub(crate) fn balanced<T: Real>(
     guess: T::Primal,
     slip: T::Primal,
     rises_to: T::Primal,
+    tolerance: f64,
     tangent: impl Fn(<T::Primal as Root>::Tangent) -> <T::Primal as Root>::Tangent,
     load_at: impl Fn(T) -> T,
 ) -> Result<T, ModelError> {
-    let found = entry_angle(load.primal(), guess, slip, rises_to, TOLERANCE, &tangent)?;
+    let found = entry_angle(load.primal(), guess, slip, rises_to, tolerance, &tangent)?;
     Ok(found.with_derivatives(load, load_at))
 }
 

@@ -27,7 +27,7 @@ use crate::models::bekker::{self, Ground};
 use crate::param::Param;
 use crate::quadrature::rule;
 use crate::real::{Real, Root};
-use crate::root::{MAX_ENTRY_ANGLE, balanced, rises_to};
+use crate::root::{MAX_ENTRY_ANGLE, TOLERANCE, balanced, rises_to};
 use crate::stress::{StressField, StressPoint};
 use zones::{Places, SMALLEST, Zones};
 
@@ -183,6 +183,7 @@ impl<T: Real> Wheel<T> {
             guess,
             at.slip.primal(),
             rises_to(at.slip.primal(), MAX_ENTRY_ANGLE),
+            TOLERANCE,
             |angle| tangent.load(angle),
             |angle| self.load(angle),
         )

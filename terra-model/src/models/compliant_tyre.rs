@@ -26,7 +26,7 @@ use crate::models::slots::checks::{self, Must, Values, kinematic, quantity};
 use crate::param::{Param, Scale};
 use crate::quadrature::rule;
 use crate::real::{Real, Root};
-use crate::root::{MAX_ENTRY_ANGLE, balanced, rises_to};
+use crate::root::{FINE_TOLERANCE, MAX_ENTRY_ANGLE, balanced, rises_to};
 use crate::stress::{StressField, StressPoint};
 
 /// A tyre that flattens on firm ground.
@@ -35,7 +35,7 @@ pub struct CompliantTyre;
 
 /// Nodes of the front, clustered at its entry, and of the flat.
 const NODES: usize = 24;
-/// Change of j/K along the flat above which its integral is taken in closed form.
+/// Change of j/K along the flat from which its integral is taken in closed form.
 const STEEP: f64 = 0.5;
 /// Depth \[m\] below which there is none: the stress there is zero to rounding, and so is its part of the load.
 const SHALLOW: f64 = 1e-200;
@@ -167,6 +167,9 @@ impl<T: Real> Wheel<T> {
         let integral = |j: T| j.abs() + self.modulus * (-(j.abs() / self.modulus)).exp_m1();
         let change = self.slip * length;
         let steep = change.abs() / self.modulus;
+        // A rule in one piece does not see the bend where j = 0.
+        let bends = start * (start + change);
+        let steep = bends.select_lt(zero, T::from(STEEP), steep);
         let divisor = steep.select_lt(T::from(STEEP), T::one(), self.slip);
         let closed = (integral(start + change) - integral(start)) / divisor;
         steep.select_lt(T::from(STEEP), mean * length, closed)
@@ -245,6 +248,7 @@ impl<T: Real> Wheel<T> {
             guess,
             at.slip.primal(),
             rises_to(at.slip.primal(), MAX_ENTRY_ANGLE),
+            FINE_TOLERANCE,
             |angle| tangent.sums(angle).load,
             |angle| self.sums(angle).load,
         )

@@ -25,7 +25,7 @@ use crate::models::slots::checks::{self, Must, Values};
 use crate::param::{Param, Scale};
 use crate::quadrature::rule;
 use crate::real::{Real, Root};
-use crate::root::balanced;
+use crate::root::{TOLERANCE, balanced};
 use crate::stress::{StressField, StressPoint};
 
 /// A wheel in dry grains.
@@ -175,6 +175,7 @@ impl<T: Real> Wheel<T> {
             guess,
             at.slip.primal(),
             rises_to,
+            TOLERANCE,
             |angle| tangent.sums(angle).load,
             |angle| self.sums(angle).load,
         )

@@ -20,7 +20,7 @@ use crate::models::bekker::{self, Ground};
 use crate::param::Param;
 use crate::quadrature::{sinc, t_minus_sin};
 use crate::real::{Real, Root};
-use crate::root::{LINEAR_RISES_TO, balanced, rises_to};
+use crate::root::{LINEAR_RISES_TO, TOLERANCE, balanced, rises_to};
 use crate::stress::{StressField, StressPoint};
 
 /// The linearised-stress wheel.
@@ -116,6 +116,7 @@ impl LinearStress {
             guess,
             at.slip.primal(),
             rises_to(at.slip.primal(), LINEAR_RISES_TO),
+            TOLERANCE,
             |angle| tangent.load(angle),
             |angle| wheel.load(angle),
         )
