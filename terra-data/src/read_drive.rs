@@ -7,6 +7,7 @@ use crate::columns::{Binder, Bound, notes};
 use crate::drive::{DriveLog, Segment};
 use crate::error::{DataError, Origin};
 use crate::kind::LogKind;
+use crate::notes::MissingCells;
 use crate::problem::Problem;
 use crate::rover::{GroundSpeedSource, Rover};
 use crate::series::Series;
@@ -25,10 +26,7 @@ pub(crate) const ONE_SEGMENT: &str = "all";
 /// [`DataError::Data`] with file, line and column: an unreadable file, a missing column, a cell that is no number, time
 /// that does not increase inside a segment.
 pub fn read_drive_log(path: impl AsRef<Path>, rover: &Rover) -> Result<DriveLog, DataError> {
-    let path = path.as_ref();
-    let origin = Origin::data(&path.display().to_string());
-    let file = open(path, &origin)?;
-    read_drive_log_from(file, &origin.file, rover)
+    whole(DriveReader::open(path, rover)?)
 }
 
 /// [`read_drive_log`] from a stream; `name` stands for the file in errors.
@@ -40,28 +38,116 @@ pub fn read_drive_log_from(
     name: &str,
     rover: &Rover,
 ) -> Result<DriveLog, DataError> {
-    read(Box::new(reader), name, rover)
+    whole(DriveReader::from_reader(reader, name, rover)?)
 }
 
-fn read(reader: Box<dyn Read + '_>, name: &str, rover: &Rover) -> Result<DriveLog, DataError> {
-    let mut table = Table::open(reader, Origin::data(name), None, "a drive log")?;
-    let mut warnings = Vec::new();
-    let (mut channels, ignored) = Channels::find(&table, rover, &mut warnings)?;
-    let mut clock = Clock::default();
-    while let Some(row) = table.next()? {
-        clock.read(&row, &mut channels)?;
-        for track in channels.tracks() {
-            track.read(&row)?;
-        }
-        if let Some(pass) = &mut channels.pass {
-            let value = row.count(&mut pass.column)?;
-            pass.series.push(value.map(f64::from));
-        }
+fn whole(mut reader: DriveReader<'_>) -> Result<DriveLog, DataError> {
+    Ok(reader.next_block(usize::MAX)?.unwrap_or_default().log)
+}
+
+/// Rows of a drive log that follow each other.
+#[derive(Clone, Debug, Default)]
+pub struct DriveBlock {
+    /// The rows, counted from 0 within the block. Cells are counted in the notes of the block they are missing from; a
+    /// warning stands in the block where it arose.
+    pub log: DriveLog,
+    /// The row of the whole log at which the block begins.
+    pub first_row: usize,
+    /// True when the block's first segment is the last one of the block before, gone on.
+    pub continues: bool,
+}
+
+/// Reads a drive log as [`read_drive_log`] does, block by block: a log longer than memory. All blocks together are the
+/// log, with the same checks and the same first error.
+pub struct DriveReader<'r> {
+    table: Table<'r>,
+    channels: Channels,
+    clock: Clock,
+    ignored: Vec<String>,
+    warnings: Vec<String>,
+    failed: bool,
+}
+
+impl<'r> DriveReader<'r> {
+    /// Opens a file and reads its header.
+    ///
+    /// # Errors
+    /// [`DataError::Data`] with file, line and column: an unreadable file, a missing column.
+    pub fn open(path: impl AsRef<Path>, rover: &Rover) -> Result<Self, DataError> {
+        let path = path.as_ref();
+        let origin = Origin::data(&path.display().to_string());
+        let file = open(path, &origin)?;
+        Self::from_reader(file, &origin.file, rover)
     }
-    if table.ends_inside_a_line() {
-        warnings.push("the last line has no line end: its last value may be cut".to_owned());
+
+    /// [`DriveReader::open`] on a stream; `name` stands for the file in errors.
+    ///
+    /// # Errors
+    /// As [`DriveReader::open`].
+    pub fn from_reader(
+        reader: impl Read + 'r,
+        name: &str,
+        rover: &Rover,
+    ) -> Result<Self, DataError> {
+        Self::over(Box::new(reader), name, rover)
     }
-    Ok(channels.into_log(clock, ignored, warnings))
+
+    fn over(reader: Box<dyn Read + 'r>, name: &str, rover: &Rover) -> Result<Self, DataError> {
+        let table = Table::open(reader, Origin::data(name), None, "a drive log")?;
+        let mut warnings = Vec::new();
+        let (channels, ignored) = Channels::find(&table, rover, &mut warnings)?;
+        Ok(DriveReader {
+            table,
+            channels,
+            clock: Clock::default(),
+            ignored,
+            warnings,
+            failed: false,
+        })
+    }
+
+    /// The next rows, `most` of them (at least one) or as many as are left; `None` after the last. Memory: the block.
+    ///
+    /// # Errors
+    /// As [`read_drive_log`], once its row is reached. The rows of the block before it are not given, and none after it.
+    pub fn next_block(&mut self, most: usize) -> Result<Option<DriveBlock>, DataError> {
+        if self.failed {
+            return Ok(None);
+        }
+        self.failed = true;
+        self.read(most.max(1))?;
+        self.failed = false;
+        if self.clock.time.is_empty() {
+            return Ok(None);
+        }
+        if self.table.ends_inside_a_line() {
+            self.warnings
+                .push("the last line has no line end: its last value may be cut".to_owned());
+        }
+        let mut block = DriveBlock {
+            log: self.channels.take(&self.ignored),
+            ..DriveBlock::default()
+        };
+        self.clock.take(&mut block);
+        block.log.warnings = std::mem::take(&mut self.warnings);
+        Ok(Some(block))
+    }
+
+    fn read(&mut self, most: usize) -> Result<(), DataError> {
+        while self.clock.time.len() < most
+            && let Some(row) = self.table.next()?
+        {
+            self.clock.read(&row, &mut self.channels)?;
+            for track in self.channels.tracks() {
+                track.read(&row)?;
+            }
+            if let Some(pass) = &mut self.channels.pass {
+                let value = row.count(&mut pass.column)?;
+                pass.series.push(value.map(f64::from));
+            }
+        }
+        Ok(())
+    }
 }
 
 /// One column on its way into a series.
@@ -84,6 +170,13 @@ impl Track {
         let value = row.number(&mut self.column)?;
         self.series.push(value.map(|v| v * self.factor));
         Ok(())
+    }
+
+    /// The samples read since the last time; the column, with the cells missing among them, goes to `seen`.
+    fn take(&mut self, seen: &mut Vec<Bound>) -> Series {
+        seen.push(self.column.clone());
+        self.column.missing = MissingCells::default();
+        std::mem::take(&mut self.series)
     }
 }
 
@@ -170,31 +263,39 @@ impl Channels {
             .chain(single.into_iter().flatten())
     }
 
-    fn into_log(mut self, clock: Clock, ignored: Vec<String>, warnings: Vec<String>) -> DriveLog {
-        let mut columns: Vec<Bound> = self.tracks().map(|t| t.column.clone()).collect();
-        columns.extend(self.pass.iter().map(|t| t.column.clone()));
-        let one = |track: Option<Track>| track.map(|t| t.series);
-        let four = |tracks: Option<[Track; 4]>| tracks.map(|t| t.map(|t| t.series));
-        DriveLog {
-            time: clock.time,
-            segments: clock.segments,
-            wheel_speed: self.wheel_speed.map(|t| t.series),
-            wheel_torque: four(self.wheel_torque),
-            ground_speed: one(self.ground_speed),
-            yaw_rate: one(self.yaw_rate),
-            accel_x: one(self.accel_x),
-            accel_y: one(self.accel_y),
-            lateral_speed: one(self.lateral_speed),
-            pitch: one(self.pitch),
-            roll: one(self.roll),
-            distance: one(self.distance),
-            sinkage: four(self.sinkage),
-            normal_load: four(self.normal_load),
-            payload: one(self.payload),
-            pass: one(self.pass),
-            notes: notes(ignored, &columns),
-            warnings,
+    /// What was read since the last time, without its clock.
+    fn take(&mut self, ignored: &[String]) -> DriveLog {
+        let mut columns: Vec<Bound> = Vec::new();
+        let seen = &mut columns;
+        let mut log = DriveLog {
+            wheel_speed: self.wheel_speed.each_mut().map(|t| t.take(seen)),
+            ..DriveLog::default()
+        };
+        let fours = [
+            (&mut self.wheel_torque, &mut log.wheel_torque),
+            (&mut self.sinkage, &mut log.sinkage),
+            (&mut self.normal_load, &mut log.normal_load),
+        ];
+        for (from, to) in fours {
+            *to = from.as_mut().map(|f| f.each_mut().map(|t| t.take(seen)));
         }
+        let single = [
+            (&mut self.ground_speed, &mut log.ground_speed),
+            (&mut self.yaw_rate, &mut log.yaw_rate),
+            (&mut self.accel_x, &mut log.accel_x),
+            (&mut self.accel_y, &mut log.accel_y),
+            (&mut self.lateral_speed, &mut log.lateral_speed),
+            (&mut self.pitch, &mut log.pitch),
+            (&mut self.roll, &mut log.roll),
+            (&mut self.distance, &mut log.distance),
+            (&mut self.payload, &mut log.payload),
+            (&mut self.pass, &mut log.pass),
+        ];
+        for (from, to) in single {
+            *to = from.as_mut().map(|t| t.take(seen));
+        }
+        log.notes = notes(ignored.to_vec(), &columns);
+        log
     }
 }
 
@@ -233,11 +334,16 @@ fn torque(
     Ok(Some(tracks))
 }
 
-/// Time and segments so far.
+/// Time and segments of the block, and where the log stands.
 #[derive(Default)]
 struct Clock {
     time: Vec<f64>,
     segments: Vec<Segment>,
+    continues: bool,
+    /// Rows of the blocks before this one.
+    before: usize,
+    /// Segment and time of the last row, of this block or the one before.
+    last: Option<(String, f64)>,
 }
 
 impl Clock {
@@ -257,19 +363,28 @@ impl Clock {
             None => ONE_SEGMENT,
         };
         let index = self.time.len();
-        match self.segments.last_mut().filter(|s| s.name == name) {
-            Some(segment) => {
-                if let Some(previous) = self.time.last().copied().filter(|p| now <= *p) {
+        let goes_on = match self.last.as_mut().filter(|last| last.0 == name) {
+            Some((segment, previous)) => {
+                if now <= *previous {
                     let problem = Problem::TimeNotIncreasing {
                         column: column.shown(),
-                        previous,
+                        previous: *previous,
                         found: now,
-                        group: segment.name.clone(),
+                        group: segment.clone(),
                     };
                     return Err(row.fail(column, problem));
                 }
-                segment.rows.end = index + 1;
+                *previous = now;
+                true
             }
+            None => {
+                self.last = Some((name.to_owned(), now));
+                false
+            }
+        };
+        self.continues |= goes_on && self.segments.is_empty();
+        match self.segments.last_mut().filter(|_| goes_on) {
+            Some(segment) => segment.rows.end = index + 1,
             None => self.segments.push(Segment {
                 name: name.to_owned(),
                 rows: index..index + 1,
@@ -277,5 +392,14 @@ impl Clock {
         }
         self.time.push(now);
         Ok(())
+    }
+
+    /// Hands the rows over and begins the next block.
+    fn take(&mut self, block: &mut DriveBlock) {
+        block.first_row = self.before;
+        block.continues = std::mem::take(&mut self.continues);
+        self.before += self.time.len();
+        block.log.time = std::mem::take(&mut self.time);
+        block.log.segments = std::mem::take(&mut self.segments);
     }
 }

@@ -103,9 +103,11 @@ impl<'r> Table<'r> {
         Ok(Some(self.row()))
     }
 
-    /// True when the file does not end with a line end: its last value may be cut.
+    /// True once all rows are read of a file that does not end with a line end: its last value may be cut.
     pub(crate) fn ends_inside_a_line(&self) -> bool {
-        !self.csv.get_ref().ends_a_line()
+        let watch = self.csv.get_ref();
+        // Such a row ends only with the file, so that the end is known as soon as the row is.
+        watch.ended() && !watch.ends_a_line()
     }
 
     /// An error in the header, in the column of that index.

@@ -6,6 +6,7 @@ mod bad_logs;
 mod bad_rovers;
 #[cfg(feature = "mcap")]
 mod bags;
+mod blocks;
 mod cmu;
 mod columns;
 mod formats;

@@ -22,7 +22,7 @@ fn finite(log: &DriveLog) -> bool {
 }
 
 /// A good text with a few bytes replaced, inserted or the end cut off.
-fn damaged(text: String) -> impl Strategy<Value = Vec<u8>> {
+pub(crate) fn damaged(text: String) -> impl Strategy<Value = Vec<u8>> {
     let byte = prop_oneof![
         any::<u8>(),
         proptest::sample::select(b",\"\n\r\0;.-e1N[]{}=#".to_vec())
