@@ -149,6 +149,14 @@ pub enum FilterError {
         /// Rows in the log.
         rows: usize,
     },
+    /// The second pass over a log met more rows than the first.
+    #[error(
+        "segment {segment} has more rows than in the first pass over the log: it must not change between the two"
+    )]
+    FirstPass {
+        /// Number of the segment, counted from 0.
+        segment: usize,
+    },
     /// A terrain model inside a state space failed.
     #[error(transparent)]
     Model(#[from] ModelError),

@@ -35,8 +35,8 @@ pub use filters::{
 };
 pub use gaussian::Gaussian;
 pub use log::{
-    Dropped, Flag, ForceConfig, INPUT_HOLD, InputState, Rejected, RobotLog, Step, Tally,
-    TorqueTally, estimate_forces, rejected,
+    Dropped, FirstPass, Flag, ForceConfig, ForceRun, INPUT_HOLD, InputState, Rejected, RobotLog,
+    RobotRow, Step, Tally, TorqueTally, estimate_forces, rejected,
 };
 pub use measurement::{Innovation, Measurement};
 pub use registry::{

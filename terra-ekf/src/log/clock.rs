@@ -1,7 +1,5 @@
 //! Where a row stands in time: after the last, at the same instant, late, or on a clock that jumped.
 
-use std::ops::Range;
-
 use crate::error::FilterError;
 
 /// How a row's time follows the newest one before it.
@@ -25,28 +23,53 @@ pub(super) struct Clock {
     newest: Option<f64>,
     restart_gap: f64,
     late: f64,
-    /// Usual step \[s\]; infinite for a segment too short to have one.
+    /// Usual step \[s\], the median; infinite for a segment too short to have one.
     usual: f64,
     /// True when some row of the segment is late, so that the past must be kept.
     pub(super) disordered: bool,
 }
 
-impl Clock {
-    pub(super) fn new(time: &[f64], rows: Range<usize>, restart_gap: f64, late: f64) -> Self {
-        let time = time.get(rows).unwrap_or_default();
-        let mut steps: Vec<f64> = time
-            .windows(2)
-            .map(|t| t[1] - t[0])
-            .filter(|dt| *dt > 0.0)
-            .collect();
+/// Steps of a segment from which its usual one is taken: the first so many, which bounds the memory.
+const STEPS: usize = 1 << 20;
+
+/// What a segment's times say before its first row is run.
+#[derive(Default)]
+pub(super) struct Pace {
+    last: Option<f64>,
+    steps: Vec<f64>,
+    usual: Option<f64>,
+    disordered: bool,
+}
+
+impl Pace {
+    pub(super) fn see(&mut self, time: f64, late: f64) {
+        let Some(last) = self.last.replace(time) else {
+            return;
+        };
+        let dt = time - last;
+        if dt > 0.0 && self.steps.len() < STEPS {
+            self.steps.push(dt);
+        }
+        self.disordered |= time < last && last - time <= late;
+    }
+
+    /// Once all rows are seen: keeps the usual step alone.
+    pub(super) fn close(&mut self) {
+        let mut steps = std::mem::take(&mut self.steps);
         steps.sort_unstable_by(f64::total_cmp);
-        let disordered = time.windows(2).any(|t| t[1] < t[0] && t[0] - t[1] <= late);
+        self.usual = steps.get(steps.len() / 2).copied();
+    }
+}
+
+impl Clock {
+    /// The clock of a segment whose pace is closed.
+    pub(super) fn new(pace: &Pace, restart_gap: f64, late: f64) -> Self {
         Clock {
             newest: None,
             restart_gap,
             late,
-            usual: steps.get(steps.len() / 2).copied().unwrap_or(f64::INFINITY),
-            disordered,
+            usual: pace.usual.unwrap_or(f64::INFINITY),
+            disordered: pace.disordered,
         }
     }
 

@@ -1,13 +1,9 @@
 //! What a log must be, and the loop over its segments.
 
-use std::ops::Range;
-
-use super::run::Run;
-use super::start::sample;
+use super::run::FirstPass;
 use super::{ForceConfig, RobotLog, Step};
 use crate::error::FilterError;
-use crate::filter::Filter;
-use crate::spaces::longitudinal_robot::{CHANNEL_NAMES, CHANNELS, STATES, Z_V, Z_W};
+use crate::spaces::longitudinal_robot::{CHANNEL_NAMES, Z_V, Z_W};
 
 /// Estimates the robot's 18 states at every row of every segment.
 ///
@@ -23,11 +19,21 @@ use crate::spaces::longitudinal_robot::{CHANNEL_NAMES, CHANNELS, STATES, Z_V, Z_
 /// goes wrong at a row: a time that is none, a payload that leaves no mass, or what the filter raises.
 pub fn estimate_forces(log: &RobotLog<'_>, config: &ForceConfig) -> Result<Vec<Step>, FilterError> {
     check(log, config)?;
-    let mut run = Run::new(log, config)?;
-    for (segment, rows) in log.segments.iter().enumerate() {
-        run.segment(segment, rows.clone())?;
+    let mut first = FirstPass::new(config)?;
+    for rows in log.segments {
+        first.segment();
+        rows.clone().for_each(|row| first.row(&log.row(row)));
     }
-    Ok(run.steps)
+    let mut run = first.begin();
+    let mut steps = Vec::with_capacity(log.time.len());
+    for rows in log.segments {
+        run.segment(&mut steps)?;
+        for row in rows.clone() {
+            run.row(&log.row(row), &mut steps)?;
+        }
+    }
+    run.finish(&mut steps)?;
+    Ok(steps)
 }
 
 fn check(log: &RobotLog<'_>, config: &ForceConfig) -> Result<(), FilterError> {
@@ -69,19 +75,39 @@ fn check(log: &RobotLog<'_>, config: &ForceConfig) -> Result<(), FilterError> {
                 found: channel.len(),
             });
         }
+    }
+    if rows > 0 {
+        required(config, |i| {
+            log.channels[i].iter().flatten().any(|v| v.is_finite())
+        })?;
+    }
+    Ok(())
+}
+
+/// The channels that a log must have somewhere.
+pub(super) fn required(
+    config: &ForceConfig,
+    there: impl Fn(usize) -> bool,
+) -> Result<(), FilterError> {
+    for (i, name) in CHANNEL_NAMES.iter().enumerate() {
         let advice = match i {
             Z_V if config.no_ground_speed => continue,
             Z_V => "record it, or declare that there is none",
             _ if Z_W.contains(&i) => "all four wheel speeds are needed",
             _ => continue,
         };
-        if rows > 0 && channel.iter().all(|v| v.is_none_or(|v| !v.is_finite())) {
+        if !there(i) {
             return Err(FilterError::MissingChannel {
-                channel: CHANNEL_NAMES[i].to_owned(),
+                channel: (*name).to_owned(),
                 advice,
             });
         }
     }
+    Ok(())
+}
+
+/// The numbers of the configuration that the log is run by.
+pub(super) fn settings(config: &ForceConfig) -> Result<(), FilterError> {
     if config.restart_gap.is_nan() || config.restart_gap <= 0.0 {
         return Err(FilterError::Config {
             key: "restart_gap",
@@ -97,33 +123,4 @@ fn check(log: &RobotLog<'_>, config: &ForceConfig) -> Result<(), FilterError> {
         });
     }
     Ok(())
-}
-
-/// Channels absent from the whole segment, when some states cannot be known without them.
-pub(super) fn not_observable(
-    log: &RobotLog<'_>,
-    config: &ForceConfig,
-    filter: &dyn Filter,
-    rows: &Range<usize>,
-) -> Result<Vec<&'static str>, FilterError> {
-    let mut present = [false; CHANNELS];
-    for row in rows.clone() {
-        for (seen, value) in present
-            .iter_mut()
-            .zip(sample(log, row, config.no_ground_speed))
-        {
-            *seen |= value.is_some();
-        }
-        if present == [true; CHANNELS] {
-            return Ok(Vec::new());
-        }
-    }
-    let there: Vec<usize> = (0..CHANNELS).filter(|&i| present[i]).collect();
-    if filter.space().observability_rank(&there)? == STATES {
-        return Ok(Vec::new());
-    }
-    Ok((0..CHANNELS)
-        .filter(|&i| !present[i])
-        .map(|i| CHANNEL_NAMES[i])
-        .collect())
 }

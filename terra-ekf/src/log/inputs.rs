@@ -1,8 +1,6 @@
 //! What is known of the inputs at each row: torques with their gaps held, then given up; pitch and payload.
 
-use std::ops::Range;
-
-use super::RobotLog;
+use super::row::RobotRow;
 
 /// Samples over which a missing input is held at its last value.
 pub const INPUT_HOLD: usize = 5;
@@ -31,69 +29,125 @@ pub enum InputState {
     Returned,
 }
 
-/// An input column over a segment.
-pub(super) struct Column {
-    values: Vec<(f64, InputState)>,
-    /// True when no row has a value.
-    pub(super) absent: bool,
+/// Where an input begins in a segment.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Head {
+    /// Rows before its first value.
+    rows: usize,
+    /// `None` when no row has a value.
+    first: Option<f64>,
 }
 
-impl Column {
-    /// Holds gaps for up to [`INPUT_HOLD`] samples; a gap at the head is filled with the first value after it.
-    pub(super) fn new(column: &[Option<f64>], rows: Range<usize>, most: f64) -> Self {
-        let at = |row: usize| {
-            let value = column.get(row).copied().flatten();
-            value.filter(|v| v.is_finite() && v.abs() < most)
-        };
-        let first = rows.clone().find_map(at);
-        let mut last = first.unwrap_or(0.0);
-        // Before the first value there is nothing to hold but that value itself.
-        let mut gap = rows
-            .clone()
-            .position(|row| at(row).is_some())
-            .map_or(
-                INPUT_HOLD,
-                |head| if head <= INPUT_HOLD { 0 } else { INPUT_HOLD },
-            );
-        let values = rows
-            .map(|row| match at(row) {
-                Some(value) => {
-                    let state = if gap > INPUT_HOLD {
-                        InputState::Returned
-                    } else {
-                        InputState::Given
-                    };
-                    (last, gap) = (value, 0);
-                    (value, state)
-                }
-                None => {
-                    gap += 1;
-                    let state = if gap > INPUT_HOLD {
-                        InputState::Unknown
-                    } else {
-                        InputState::Held
-                    };
-                    (last, state)
-                }
-            })
-            .collect();
-        Column {
-            values,
-            absent: first.is_none(),
+impl Head {
+    fn see(&mut self, value: Option<f64>) {
+        if self.first.is_none() {
+            self.first = value;
+            self.rows += usize::from(value.is_none());
         }
     }
 
-    pub(super) fn at(&self, k: usize) -> (f64, InputState) {
-        self.values
-            .get(k)
-            .copied()
-            .unwrap_or((0.0, InputState::Unknown))
+    /// True when some row has a value.
+    fn there(self) -> bool {
+        self.first.is_some()
     }
 }
 
-/// The inputs of a segment.
+/// Where each input begins.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Heads {
+    torque: [Head; 4],
+    pitch: Head,
+    payload: Head,
+}
+
+impl Heads {
+    pub(super) fn see(&mut self, row: &RobotRow) {
+        let usable = Usable::of(row);
+        for (head, value) in self.torque.iter_mut().zip(usable.torque) {
+            head.see(value);
+        }
+        self.pitch.see(usable.pitch);
+        self.payload.see(usable.payload);
+    }
+
+    /// True when some row has a pitch.
+    pub(super) fn with_pitch(&self) -> bool {
+        self.pitch.there()
+    }
+
+    /// Torques that no row of the segment has.
+    pub(super) fn absent(&self) -> impl Iterator<Item = &'static str> {
+        (0..4).filter(|&q| !self.torque[q].there()).map(torque_name)
+    }
+}
+
+/// The inputs of a row that can be used.
+struct Usable {
+    torque: [Option<f64>; 4],
+    pitch: Option<f64>,
+    payload: Option<f64>,
+}
+
+impl Usable {
+    fn of(row: &RobotRow) -> Self {
+        let below =
+            |value: Option<f64>, most: f64| value.filter(|v| v.is_finite() && v.abs() < most);
+        Usable {
+            torque: row.torque.map(|t| below(t, MOST_TORQUE)),
+            pitch: below(row.pitch, std::f64::consts::FRAC_PI_2),
+            payload: below(row.payload, f64::MAX),
+        }
+    }
+}
+
+/// An input column on its way over a segment.
+#[derive(Clone, Copy, Debug)]
+struct Column {
+    last: f64,
+    gap: usize,
+}
+
+impl Column {
+    /// A gap at the head is filled with the first value after it.
+    fn new(head: Head) -> Self {
+        Column {
+            last: head.first.unwrap_or(0.0),
+            // Before the first value there is nothing to hold but that value itself.
+            gap: if head.there() && head.rows <= INPUT_HOLD {
+                0
+            } else {
+                INPUT_HOLD
+            },
+        }
+    }
+
+    /// Holds gaps for up to [`INPUT_HOLD`] samples.
+    fn next(&mut self, value: Option<f64>) -> (f64, InputState) {
+        let state = match value {
+            Some(value) => {
+                let back = self.gap > INPUT_HOLD;
+                (self.last, self.gap) = (value, 0);
+                if back {
+                    InputState::Returned
+                } else {
+                    InputState::Given
+                }
+            }
+            None => {
+                self.gap += 1;
+                if self.gap > INPUT_HOLD {
+                    InputState::Unknown
+                } else {
+                    InputState::Held
+                }
+            }
+        };
+        (self.last, state)
+    }
+}
+
+/// The inputs of a segment, row by row.
 pub(super) struct Inputs {
-    first: usize,
     torque: [Column; 4],
     pitch: Option<Column>,
     payload: Option<Column>,
@@ -111,39 +165,37 @@ pub(super) struct Input {
 }
 
 impl Inputs {
-    pub(super) fn new(log: &RobotLog<'_>, rows: Range<usize>) -> Self {
+    pub(super) fn new(heads: &Heads) -> Self {
         // A column without any value is a column the log does not have.
-        let column = |values: &[Option<f64>], most: f64| {
-            Some(Column::new(values, rows.clone(), most)).filter(|c| !c.absent)
-        };
+        let column = |head: Head| head.there().then(|| Column::new(head));
         Inputs {
-            first: rows.start,
-            torque: log
-                .torque
-                .map(|t| Column::new(t, rows.clone(), MOST_TORQUE)),
-            pitch: column(log.pitch, std::f64::consts::FRAC_PI_2),
-            payload: column(log.payload, f64::MAX),
+            torque: heads.torque.map(Column::new),
+            pitch: column(heads.pitch),
+            payload: column(heads.payload),
         }
     }
 
-    /// Torques that no row of the segment has.
-    pub(super) fn absent(&self) -> impl Iterator<Item = &'static str> {
-        (0..4).filter(|&q| self.torque[q].absent).map(torque_name)
-    }
-
-    pub(super) fn at(&self, row: usize) -> Input {
-        let k = row - self.first;
-        Input {
-            torque: std::array::from_fn(|q| self.torque[q].at(k).0),
-            state: std::array::from_fn(|q| self.torque[q].at(k).1),
-            pitch: self.pitch.as_ref().map(|p| {
-                let (value, state) = p.at(k);
+    /// The inputs at the next row.
+    pub(super) fn next(&mut self, row: &RobotRow) -> Input {
+        let usable = Usable::of(row);
+        let mut input = Input {
+            torque: [0.0; 4],
+            state: [InputState::Unknown; 4],
+            pitch: self.pitch.as_mut().map(|p| {
+                let (value, state) = p.next(usable.pitch);
                 // A pitch is a slow thing: however long it is missing, the last one is the best guess.
                 let logged = matches!(state, InputState::Given | InputState::Returned);
                 (value, !logged)
             }),
-            payload: self.payload.as_ref().map_or(0.0, |p| p.at(k).0),
+            payload: self
+                .payload
+                .as_mut()
+                .map_or(0.0, |p| p.next(usable.payload).0),
+        };
+        for (q, column) in self.torque.iter_mut().enumerate() {
+            (input.torque[q], input.state[q]) = column.next(usable.torque[q]);
         }
+        input
     }
 }
 

@@ -2,7 +2,9 @@
 
 mod clock;
 mod driver;
+mod facts;
 mod inputs;
+mod row;
 mod run;
 mod sides;
 mod start;
@@ -10,6 +12,8 @@ mod stuck;
 
 pub use driver::estimate_forces;
 pub use inputs::{INPUT_HOLD, InputState};
+pub use row::RobotRow;
+pub use run::{FirstPass, ForceRun};
 
 use std::ops::Range;
 

@@ -1,18 +1,18 @@
 //! The filter on its way over the rows of a log: starts, steps, repeated instants, late rows.
 
 use std::collections::VecDeque;
-use std::ops::Range;
 use std::sync::Arc;
 
 use terra_model::Vehicle;
 
 use super::clock::{Arrival, Clock};
-use super::driver::not_observable;
+use super::driver::{required, settings};
+use super::facts::SegmentFacts;
 use super::inputs::{Input, InputState, Inputs, torque_name};
-use super::sides::swapped;
-use super::start::{first_belief, plausible, sample};
+use super::row::RobotRow;
+use super::start::{AHEAD, first_belief, plausible, sample};
 use super::stuck::StuckWatch;
-use super::{Dropped, Flag, ForceConfig, RobotLog, Step};
+use super::{Dropped, Flag, ForceConfig, Step};
 use crate::error::FilterError;
 use crate::filter::Filter;
 use crate::measurement::{Innovation, Measurement};
@@ -41,21 +41,105 @@ struct Passed {
     passage: Passage,
 }
 
-/// What is the same for all rows of a segment.
+/// The segment that is run.
 struct Segment {
     number: usize,
-    rows: Range<usize>,
+    facts: SegmentFacts,
     inputs: Inputs,
     blind: Vec<&'static str>,
     swapped: bool,
     clock: Clock,
+    /// Rows run.
+    rows: usize,
+    /// Row at which the filter last started.
     started: usize,
+    /// Readings and torques of the row before.
+    before: Option<([Option<f64>; CHANNELS], [f64; 4])>,
 }
 
-pub(super) struct Run<'a> {
-    log: &'a RobotLog<'a>,
-    config: &'a ForceConfig,
-    pub(super) steps: Vec<Step>,
+/// The first of two passes over a log that is longer than memory: it gathers what the filter must know of a segment before
+/// the segment's first row. Memory: the segments, and a million steps of the clock.
+///
+/// Rows go in as they stand in the log, [`FirstPass::segment`] before those of each segment. Then the same rows go through
+/// the [`ForceRun`] that comes of it.
+pub struct FirstPass<'c> {
+    run: ForceRun<'c>,
+    there: [bool; CHANNELS],
+    rows: usize,
+}
+
+impl<'c> FirstPass<'c> {
+    /// A pass for a configuration.
+    ///
+    /// # Errors
+    /// As [`estimate_forces`](super::estimate_forces) for a configuration that does not do, whatever the log.
+    pub fn new(config: &'c ForceConfig) -> Result<Self, FilterError> {
+        settings(config)?;
+        Ok(FirstPass {
+            run: ForceRun::new(config)?,
+            there: [false; CHANNELS],
+            rows: 0,
+        })
+    }
+
+    /// Begins the next segment.
+    pub fn segment(&mut self) {
+        self.close();
+        let facts = SegmentFacts::new(self.run.config.space.vehicle());
+        self.run.facts.push_back(facts);
+    }
+
+    /// Takes the next row in; one before any segment is in none, and is not estimated.
+    pub fn row(&mut self, row: &RobotRow) {
+        let config = self.run.config;
+        for (there, reading) in self.there.iter_mut().zip(row.channels) {
+            *there |= reading.is_some_and(f64::is_finite);
+        }
+        self.rows += 1;
+        if let Some(facts) = self.run.facts.back_mut() {
+            facts.see(row, config.no_ground_speed, config.late);
+        }
+    }
+
+    /// The run, once all rows were seen.
+    ///
+    /// # Errors
+    /// [`FilterError::MissingChannel`] for a log without wheel speeds or, unless declared, ground speed.
+    pub fn run(self) -> Result<ForceRun<'c>, FilterError> {
+        if self.rows > 0 {
+            required(self.run.config, |i| self.there[i])?;
+        }
+        Ok(self.begin())
+    }
+
+    pub(super) fn begin(mut self) -> ForceRun<'c> {
+        self.close();
+        self.run
+    }
+
+    fn close(&mut self) {
+        if let Some(facts) = self.run.facts.back_mut() {
+            facts.pace.close();
+        }
+    }
+}
+
+/// The filter on its way over a log, after a [`FirstPass`] over it. Steps come out as soon as they are known: about a
+/// thousand rows behind the row that goes in, and at the latest with the next segment or with [`ForceRun::finish`].
+/// Smoothed steps come with their whole segment.
+pub struct ForceRun<'c> {
+    config: &'c ForceConfig,
+    /// Of the segments to come.
+    facts: VecDeque<SegmentFacts>,
+    segment: Option<Segment>,
+    /// Segments begun.
+    segments: usize,
+    /// Rows of the segment that are not run yet: a start may need readings of later rows.
+    ahead: VecDeque<RobotRow>,
+    /// Steps made, those given out included.
+    made: usize,
+    /// Steps that may yet be smoothed.
+    held: Vec<Step>,
     space: LongitudinalRobot,
     filter: Box<dyn Filter>,
     stuck: StuckWatch,
@@ -69,13 +153,17 @@ fn build(config: &ForceConfig, space: LongitudinalRobot) -> Result<Box<dyn Filte
     registry.filter(&config.filter, Arc::new(space), config.settings)
 }
 
-impl<'a> Run<'a> {
-    pub(super) fn new(log: &'a RobotLog<'a>, config: &'a ForceConfig) -> Result<Self, FilterError> {
+impl<'c> ForceRun<'c> {
+    fn new(config: &'c ForceConfig) -> Result<Self, FilterError> {
         let noise = StateSpace::measurement_noise(&config.space);
-        Ok(Run {
-            log,
+        Ok(ForceRun {
             config,
-            steps: Vec::with_capacity(log.time.len()),
+            facts: VecDeque::new(),
+            segment: None,
+            segments: 0,
+            ahead: VecDeque::new(),
+            made: 0,
+            held: Vec::new(),
             space: config.space,
             filter: build(config, config.space)?,
             stuck: StuckWatch::new(noise.diagonal().iter().map(|v| v.sqrt())),
@@ -84,50 +172,126 @@ impl<'a> Run<'a> {
         })
     }
 
-    pub(super) fn segment(&mut self, number: usize, rows: Range<usize>) -> Result<(), FilterError> {
-        let (log, config) = (self.log, self.config);
-        let inputs = Inputs::new(log, rows.clone());
-        let with_pitch = rows
-            .clone()
-            .next()
-            .is_some_and(|k| inputs.at(k).pitch.is_some());
-        if with_pitch != self.space.has_pitch_input() {
-            self.space = if with_pitch {
+    /// Begins the next segment; the steps of the one before go to `out`.
+    ///
+    /// # Errors
+    /// As [`ForceRun::row`].
+    pub fn segment(&mut self, out: &mut Vec<Step>) -> Result<(), FilterError> {
+        self.close(out)?;
+        let number = self.segments;
+        self.segments += 1;
+        let facts = self.facts.pop_front();
+        let facts = facts.ok_or(FilterError::FirstPass { segment: number })?;
+        let config = self.config;
+        if facts.inputs.with_pitch() != self.space.has_pitch_input() {
+            self.space = if facts.inputs.with_pitch() {
                 self.space.with_pitch_input()
             } else {
                 config.space.with_mass(self.space.vehicle().mass)?
             };
             self.filter = build(config, self.space)?;
         }
-        let mut blind = not_observable(log, config, &*self.filter, &rows)?;
-        blind.extend(inputs.absent());
-        let mut segment = Segment {
+        let mut blind = self.not_observable(&facts.present)?;
+        blind.extend(facts.inputs.absent());
+        self.segment = Some(Segment {
             number,
-            inputs,
+            inputs: Inputs::new(&facts.inputs),
             blind,
-            swapped: swapped(log, rows.clone(), config.space.vehicle()),
-            clock: Clock::new(log.time, rows.clone(), config.restart_gap, config.late),
-            started: rows.start,
-            rows: rows.clone(),
-        };
-        for row in rows {
-            self.row(&mut segment, row)
-                .map_err(|e| FilterError::AtRow {
-                    row,
-                    time: log.time[row],
-                    source: Box::new(e),
-                })?;
-        }
-        self.finish()
+            swapped: facts.turning.swapped(),
+            clock: Clock::new(&facts.pace, config.restart_gap, config.late),
+            rows: 0,
+            started: 0,
+            before: None,
+            facts,
+        });
+        Ok(())
     }
 
-    fn row(&mut self, segment: &mut Segment, row: usize) -> Result<(), FilterError> {
-        let time = self.log.time[row];
+    /// Takes the next row of the segment in; the steps that are known with it go to `out`.
+    ///
+    /// # Errors
+    /// [`FilterError::AtRow`] around what goes wrong at this row or one before it: a time that is none, a payload that
+    /// leaves no mass, or what the filter raises. [`FilterError::FirstPass`] for a row that the first pass did not meet.
+    pub fn row(&mut self, row: &RobotRow, out: &mut Vec<Step>) -> Result<(), FilterError> {
+        self.ahead.push_back(*row);
+        match self.ahead.len() > AHEAD {
+            true => self.run_next(out),
+            false => Ok(()),
+        }
+    }
+
+    /// Ends the log; all steps that are left go to `out`.
+    ///
+    /// # Errors
+    /// As [`ForceRun::row`].
+    pub fn finish(mut self, out: &mut Vec<Step>) -> Result<(), FilterError> {
+        self.close(out)
+    }
+
+    fn close(&mut self, out: &mut Vec<Step>) -> Result<(), FilterError> {
+        while !self.ahead.is_empty() {
+            self.run_next(out)?;
+        }
+        self.settle()?;
+        out.append(&mut self.held);
+        self.segment = None;
+        Ok(())
+    }
+
+    fn run_next(&mut self, out: &mut Vec<Step>) -> Result<(), FilterError> {
+        let Some(row) = self.ahead.pop_front() else {
+            return Ok(());
+        };
+        let met = self.segment.take().filter(|s| s.rows < s.facts.rows);
+        let mut segment = met.ok_or(FilterError::FirstPass {
+            segment: self.segments.saturating_sub(1),
+        })?;
+        let step = self
+            .step(&mut segment, &row)
+            .map_err(|e| FilterError::AtRow {
+                row: row.row,
+                time: row.time,
+                source: Box::new(e),
+            })?;
+        segment.rows += 1;
+        self.segment = Some(segment);
+        self.made += 1;
+        match self.config.smooth {
+            true => self.held.push(step),
+            false => out.push(step),
+        }
+        Ok(())
+    }
+
+    /// Channels absent from the whole segment, when some states cannot be known without them.
+    fn not_observable(&self, present: &[bool; CHANNELS]) -> Result<Vec<&'static str>, FilterError> {
+        let there: Vec<usize> = (0..CHANNELS).filter(|&i| present[i]).collect();
+        if there.len() == CHANNELS || self.filter.space().observability_rank(&there)? == STATES {
+            return Ok(Vec::new());
+        }
+        Ok((0..CHANNELS)
+            .filter(|&i| !present[i])
+            .map(|i| CHANNEL_NAMES[i])
+            .collect())
+    }
+
+    /// The first reading of a channel that a robot can have, after the row that is run.
+    fn next_reading(&self, segment: &Segment, channel: usize) -> Option<f64> {
+        let near = self
+            .ahead
+            .iter()
+            .take(AHEAD)
+            .find_map(|row| row.channels[channel].filter(|v| plausible(channel, *v)));
+        near.or_else(|| segment.facts.beyond(channel, segment.rows))
+    }
+
+    fn step(&mut self, segment: &mut Segment, row: &RobotRow) -> Result<Step, FilterError> {
+        let time = row.time;
         let arrival = segment.clock.place(time)?;
-        let input = segment.inputs.at(row);
-        let (mut z, mut dropped) = self.readings(segment, row, arrival);
+        let input = segment.inputs.next(row);
+        let (mut z, mut dropped) = self.readings(segment, row, &input, arrival);
         let mut taken = Vec::new();
-        let step = self.steps.len();
+        let step = self.made;
         let at = |z: &[Option<f64>]| Instant {
             step,
             time,
@@ -138,18 +302,17 @@ impl<'a> Run<'a> {
         let mut too_late = false;
         let (innovation, belief) = match arrival {
             Arrival::Start { .. } => {
-                self.finish()?;
+                self.settle()?;
                 self.carry(input.payload)?;
-                let ahead = row..segment.rows.end;
+                let next = |channel| self.next_reading(segment, channel);
                 let none = self.config.no_ground_speed;
                 let belief;
-                (belief, taken) =
-                    first_belief(&self.space, self.log, ahead, &input, none, &dropped);
+                (belief, taken) = first_belief(&self.space, row, next, &input, none, &dropped);
                 for &i in &taken {
                     z[i] = None;
                 }
                 self.filter.restart(belief)?;
-                segment.started = row;
+                segment.started = row.row;
                 self.past.clear();
                 let innovation = self.pass(at(&z), segment.clock.disordered)?;
                 (innovation, self.filter.belief().clone())
@@ -179,7 +342,7 @@ impl<'a> Run<'a> {
         let flag = flag(
             segment,
             self.config,
-            row,
+            row.row,
             &innovation,
             &taken,
             &dropped,
@@ -187,12 +350,12 @@ impl<'a> Run<'a> {
             jumped,
             odd_time,
         );
-        self.steps.push(Step {
-            row,
+        Ok(Step {
+            row: row.row,
             segment: segment.number,
             time,
             flag,
-            since_start: row - segment.started,
+            since_start: row.row - segment.started,
             nis: innovation.nis,
             dof: innovation.dof,
             belief,
@@ -205,24 +368,21 @@ impl<'a> Run<'a> {
                 pitch: input.pitch.map_or(self.space.vehicle().pitch, |p| p.0),
                 ..*self.space.vehicle()
             },
-        });
-        Ok(())
+        })
     }
 
     /// The readings to show the filter, and those to keep from it.
     fn readings(
         &mut self,
-        segment: &Segment,
-        row: usize,
+        segment: &mut Segment,
+        row: &RobotRow,
+        input: &Input,
         arrival: Arrival,
     ) -> ([Option<f64>; CHANNELS], Vec<(usize, Dropped)>) {
-        let none = self.config.no_ground_speed;
-        let mut z = sample(self.log, row, none);
+        let mut z = sample(row, self.config.no_ground_speed);
         let mut dropped = Vec::new();
-        let repeated = arrival == Arrival::Again && row > segment.rows.start && {
-            let torque = |row: usize| segment.inputs.at(row).torque;
-            z == sample(self.log, row - 1, none) && torque(row) == torque(row - 1)
-        };
+        let before = segment.before.replace((z, input.torque));
+        let repeated = arrival == Arrival::Again && before == Some((z, input.torque));
         let belief = self.filter.belief();
         let sd = belief.sd(V).unwrap_or(f64::INFINITY);
         let moving = belief.mean[V].abs() > 0.05 + 3.0 * sd;
@@ -249,7 +409,7 @@ impl<'a> Run<'a> {
         if mass == self.space.vehicle().mass {
             return Ok(());
         }
-        self.finish()?;
+        self.settle()?;
         self.space = self.space.with_mass(mass)?;
         let belief = self.filter.belief().clone();
         self.filter = build(self.config, self.space)?;
@@ -324,11 +484,12 @@ impl<'a> Run<'a> {
     }
 
     /// Replaces the beliefs of one unbroken run of the filter by smoothed ones.
-    fn finish(&mut self) -> Result<(), FilterError> {
+    fn settle(&mut self) -> Result<(), FilterError> {
         let passages: Vec<Passage> = self.passed.iter().map(|p| p.passage.clone()).collect();
+        let given = self.made - self.held.len();
         for (passed, belief) in self.passed.drain(..).zip(smooth(&passages)?) {
             for step in passed.steps {
-                if let Some(step) = self.steps.get_mut(step) {
+                if let Some(step) = self.held.get_mut(step - given) {
                     step.belief = belief.clone();
                 }
             }

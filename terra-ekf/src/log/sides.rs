@@ -5,37 +5,55 @@
 //! Slip makes b smaller than 1, a hillside may bias it; only swapped sides or a wrong sign make it negative. Judged when
 //! |b| is more than six standard deviations from zero and d explains at least half of r.
 
-use std::ops::Range;
-
 use terra_model::Vehicle;
 
-use super::RobotLog;
+use super::row::RobotRow;
 use crate::spaces::longitudinal_robot::{Z_R, Z_W};
 
-/// True when the yaw rate says that left and right are swapped (or the yaw rate has the wrong sign); false when they are
-/// the right way round, and where too little turning tells.
-pub(super) fn swapped(log: &RobotLog<'_>, rows: Range<usize>, vehicle: &Vehicle<f64>) -> bool {
-    let get = |channel: usize, row: usize| {
-        let value = log.channels[channel].get(row).copied().flatten();
-        value.filter(|v| v.is_finite() && v.abs() < 1e4)
-    };
-    let (mut dd, mut dr, mut rr, mut n) = (0.0, 0.0, 0.0, 0.0);
-    for row in rows {
-        let w = Z_W.map(|channel| get(channel, row));
-        let (Some(r), [Some(fl), Some(fr), Some(rl), Some(rear)]) = (get(Z_R, row), w) else {
-            continue;
+/// The sums over the rows of a segment.
+pub(super) struct Turning {
+    radius: f64,
+    track: f64,
+    dd: f64,
+    dr: f64,
+    rr: f64,
+    n: f64,
+}
+
+impl Turning {
+    pub(super) fn new(vehicle: &Vehicle<f64>) -> Self {
+        Turning {
+            radius: vehicle.wheel_radius,
+            track: vehicle.track,
+            dd: 0.0,
+            dr: 0.0,
+            rr: 0.0,
+            n: 0.0,
+        }
+    }
+
+    pub(super) fn see(&mut self, row: &RobotRow) {
+        let get = |channel: usize| row.channels[channel].filter(|v| v.is_finite() && v.abs() < 1e4);
+        let (Some(r), [Some(fl), Some(fr), Some(rl), Some(rear)]) = (get(Z_R), Z_W.map(get)) else {
+            return;
         };
-        let d = vehicle.wheel_radius * 0.5 * (fr + rear - fl - rl) / vehicle.track;
-        dd += d * d;
-        dr += d * r;
-        rr += r * r;
-        n += 1.0;
+        let d = self.radius * 0.5 * (fr + rear - fl - rl) / self.track;
+        self.dd += d * d;
+        self.dr += d * r;
+        self.rr += r * r;
+        self.n += 1.0;
     }
-    if n < 20.0 || dd <= 0.0 || rr <= 0.0 {
-        return false;
+
+    /// True when the yaw rate says that left and right are swapped (or the yaw rate has the wrong sign); false when they
+    /// are the right way round, and where too little turning tells.
+    pub(super) fn swapped(&self) -> bool {
+        let &Turning { dd, dr, rr, n, .. } = self;
+        if n < 20.0 || dd <= 0.0 || rr <= 0.0 {
+            return false;
+        }
+        let explained = dr * dr / (dd * rr);
+        let slope = dr / dd;
+        let sd = ((1.0 - explained).max(0.0) * rr / (dd * (n - 1.0))).sqrt();
+        explained >= 0.5 && slope < -6.0 * sd
     }
-    let explained = dr * dr / (dd * rr);
-    let slope = dr / dd;
-    let sd = ((1.0 - explained).max(0.0) * rr / (dd * (n - 1.0))).sqrt();
-    explained >= 0.5 && slope < -6.0 * sd
 }

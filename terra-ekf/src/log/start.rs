@@ -2,22 +2,26 @@
 
 use nalgebra::DVector;
 
+use super::Dropped;
 use super::inputs::{Input, InputState};
-use super::{Dropped, RobotLog};
+use super::row::RobotRow;
 use crate::gaussian::Gaussian;
 use crate::spaces::LongitudinalRobot;
 use crate::spaces::longitudinal_robot::{CHANNELS, R, STATES, T, V, W, Z_R, Z_V, Z_W};
 use crate::state_space::StateSpace;
 
+/// Rows that a run sees ahead of the one it is at.
+pub(super) const AHEAD: usize = 1024;
+
 /// The belief before a segment's first sample, and the channels whose first sample went into it.
 ///
 /// Speeds start at their first sample, with the prior's spread or the sensor's, whichever is wider; that sample is then
 /// not used a second time. A speed without a sample in the first row starts at the next one there is, ten times as wide.
-/// Resistive torques start at the applied ones, forces at zero.
+/// Resistive torques start at the applied ones, forces at zero. `next` gives a channel's next reading after the row.
 pub(super) fn first_belief(
     space: &LongitudinalRobot,
-    log: &RobotLog<'_>,
-    rows: std::ops::Range<usize>,
+    row: &RobotRow,
+    next: impl Fn(usize) -> Option<f64>,
     input: &Input,
     no_ground_speed: bool,
     skip: &[(usize, Dropped)],
@@ -35,20 +39,14 @@ pub(super) fn first_belief(
         if channel == Z_V && no_ground_speed {
             continue;
         }
-        let at = |row: usize| {
-            log.channels[channel]
-                .get(row)
-                .copied()
-                .flatten()
-                .filter(|v| plausible(channel, *v))
-        };
         let spread = sd[state].max(noise[(channel, channel)].sqrt());
-        let first = at(rows.start).filter(|_| skip.iter().all(|d| d.0 != channel));
+        let first = row.channels[channel]
+            .filter(|v| plausible(channel, *v) && skip.iter().all(|d| d.0 != channel));
         if let Some(value) = first {
             (mean[state], sd[state]) = (value, spread);
             taken.push(channel);
         } else {
-            mean[state] = rows.clone().skip(1).find_map(at).unwrap_or(0.0);
+            mean[state] = next(channel).unwrap_or(0.0);
             sd[state] = 10.0 * spread;
         }
     }
@@ -83,13 +81,8 @@ pub(super) fn plausible(channel: usize, value: f64) -> bool {
 }
 
 /// The finite readings at a row.
-pub(super) fn sample(
-    log: &RobotLog<'_>,
-    row: usize,
-    no_ground_speed: bool,
-) -> [Option<f64>; CHANNELS] {
+pub(super) fn sample(row: &RobotRow, no_ground_speed: bool) -> [Option<f64>; CHANNELS] {
     std::array::from_fn(|i| {
-        let value = log.channels[i].get(row).copied().flatten();
-        value.filter(|v| v.is_finite() && !(i == Z_V && no_ground_speed))
+        row.channels[i].filter(|v| v.is_finite() && !(i == Z_V && no_ground_speed))
     })
 }

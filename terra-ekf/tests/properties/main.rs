@@ -13,6 +13,7 @@ mod logs;
 mod nonlinear;
 mod observability;
 mod particle;
+mod passes;
 mod planar;
 mod propositions;
 mod random;
