@@ -66,7 +66,8 @@ pub use import::{
     write_terrains_to,
 };
 pub use inspect::{
-    ChannelSummary, Gap, Group, Inspection, Pace, Suspicion, inspect_drive, inspect_rig,
+    ChannelSummary, DriveInspector, Gap, Group, Inspection, Pace, Suspicion, inspect_drive,
+    inspect_rig,
 };
 pub use kind::{LogKind, log_kind, log_kind_from};
 pub use notes::{MissingCells, ReadNotes};

@@ -28,6 +28,16 @@ pub struct ReadNotes {
 }
 
 impl ReadNotes {
+    /// Takes in what was seen of the next rows of the same file.
+    pub(crate) fn add(&mut self, next: &ReadNotes) {
+        self.ignored_columns.clone_from(&next.ignored_columns);
+        for (column, cells) in &next.missing {
+            let all = self.missing.entry(column.clone()).or_default();
+            all.blank += cells.blank;
+            all.not_finite += cells.not_finite;
+        }
+    }
+
     /// Cells that were numbers but not finite, over all columns.
     pub fn not_finite(&self) -> usize {
         self.missing.values().map(|m| m.not_finite).sum()

@@ -1,6 +1,6 @@
 //! How evenly a log is sampled.
 
-use super::{Suspicion, quantile};
+use super::{KEPT, Suspicion, quantile};
 
 /// A step this many times the usual one is a gap.
 const GAP: f64 = 2.5;
@@ -18,6 +18,84 @@ pub struct Gap {
     pub length: f64,
 }
 
+/// Times against their usual step.
+struct Judged {
+    /// So far, without the share of uneven steps.
+    pace: Pace,
+    steps: usize,
+    uneven: usize,
+}
+
+impl Judged {
+    fn of(time: &[f64]) -> Option<Self> {
+        let start = *time.first()?;
+        let mut steps: Vec<f64> = time
+            .iter()
+            .zip(time.iter().skip(1))
+            .map(|(a, b)| b - a)
+            .collect();
+        let mut judged = Judged {
+            pace: Pace {
+                start,
+                end: start,
+                step: quantile(&mut steps, 0.5)?,
+                uneven: 0.0,
+                gaps: Vec::new(),
+            },
+            steps: 0,
+            uneven: 0,
+        };
+        time.iter().skip(1).for_each(|t| judged.see(*t));
+        Some(judged)
+    }
+
+    fn see(&mut self, time: f64) {
+        let (from, usual) = (self.pace.end, self.pace.step);
+        let length = time - from;
+        if length > GAP * usual {
+            self.pace.gaps.push(Gap { from, length });
+        } else if (length - usual).abs() > UNEVEN * usual {
+            self.uneven += 1;
+        }
+        self.pace.end = time;
+        self.steps += 1;
+    }
+
+    fn pace(self) -> Pace {
+        Pace {
+            uneven: self.uneven as f64 / self.steps as f64,
+            ..self.pace
+        }
+    }
+}
+
+/// Times that come one by one. The usual step is the median of the first [`KEPT`] steps, so that no more times are held.
+#[derive(Default)]
+pub(super) struct Clock {
+    first: Vec<f64>,
+    judged: Option<Judged>,
+}
+
+impl Clock {
+    pub(super) fn see(&mut self, time: f64) {
+        if let Some(judged) = &mut self.judged {
+            judged.see(time);
+            return;
+        }
+        self.first.push(time);
+        if self.first.len() > KEPT {
+            self.judged = Judged::of(&self.first);
+            self.first = Vec::new();
+        }
+    }
+
+    /// As [`Pace::of`].
+    pub(super) fn pace(self) -> Option<Pace> {
+        let judged = self.judged.or_else(|| Judged::of(&self.first));
+        judged.map(Judged::pace)
+    }
+}
+
 /// The clock of one group of rows.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pace {
@@ -25,7 +103,7 @@ pub struct Pace {
     pub start: f64,
     /// Last time \[s\].
     pub end: f64,
-    /// Usual step between rows, the median \[s\].
+    /// Usual step between rows, the median \[s\]; in a segment of a drive, of its first 262 144 steps.
     pub step: f64,
     /// Share of steps off by more than a tenth of the usual one, gaps not counted.
     pub uneven: f64,
@@ -36,33 +114,7 @@ pub struct Pace {
 impl Pace {
     /// The clock of increasing times; `None` for fewer than two.
     pub(crate) fn of(time: &[f64]) -> Option<Self> {
-        let (start, end) = (*time.first()?, *time.last()?);
-        let steps: Vec<f64> = time
-            .iter()
-            .zip(time.iter().skip(1))
-            .map(|(a, b)| b - a)
-            .collect();
-        let step = quantile(&mut steps.clone(), 0.5)?;
-        let gaps: Vec<Gap> = time
-            .iter()
-            .zip(&steps)
-            .filter(|(_, s)| **s > GAP * step)
-            .map(|(from, length)| Gap {
-                from: *from,
-                length: *length,
-            })
-            .collect();
-        let uneven = steps
-            .iter()
-            .filter(|s| **s <= GAP * step && (**s - step).abs() > UNEVEN * step)
-            .count();
-        Some(Pace {
-            start,
-            end,
-            step,
-            uneven: uneven as f64 / steps.len() as f64,
-            gaps,
-        })
+        Judged::of(time).map(Judged::pace)
     }
 
     pub(crate) fn suspicions(&self, group: &str) -> Vec<Suspicion> {

@@ -1,65 +1,167 @@
 //! What is in a drive log.
 
-use super::clock::Pace;
-use super::{ChannelSummary, Group, Inspection, Suspicion, angle, largest, motion, summary};
+use super::clock::Clock;
+use super::motion::Motion;
+use super::{ChannelSummary, Count, Group, Inspection, Suspicion, angle, largest};
 use crate::drive::{DriveLog, WHEELS};
 use crate::kind::LogKind;
+use crate::notes::ReadNotes;
+use crate::read_drive::DriveBlock;
 use crate::rover::Rover;
-use crate::series::Series;
 
 /// Fewest equal samples in a row that can be called stuck.
 const STUCK_ROWS: usize = 25;
 /// An accelerometer along x that reads more than this on average carries gravity \[m/s²\].
 const GRAVITY_ON_X: f64 = 5.0;
+/// Channels that may stand still.
+const STEADY: [&str; 5] = ["payload_kg", "pass", "pitch_rad", "roll_rad", "distance_m"];
 
 /// Counts the channels of a drive log and says what looks wrong in it. With a rover the checks of units know the wheel's
 /// radius and the track.
 pub fn inspect_drive(log: &DriveLog, rover: Option<&Rover>) -> Inspection {
-    let series = log.channels();
-    let channels: Vec<ChannelSummary> = series
-        .iter()
-        .map(|(name, s)| summary(name, s.iter(), &log.notes))
-        .collect();
-    let groups: Vec<Group> = log
-        .segments
-        .iter()
-        .map(|s| Group {
-            name: s.name.clone(),
-            rows: s.rows.len(),
-            pace: log.time.get(s.rows.clone()).and_then(Pace::of),
-        })
-        .collect();
-    let mut suspicions: Vec<Suspicion> = groups
-        .iter()
-        .filter_map(|g| g.pace.as_ref().map(|p| p.suspicions(&g.name)))
-        .flatten()
-        .collect();
-    for channel in &channels {
-        suspicions.extend(plausible(channel));
-    }
-    suspicions.extend(motion::suspicions(log, rover));
-    for (name, one) in &series {
-        let told = ["payload_kg", "pass", "pitch_rad", "roll_rad", "distance_m"];
-        if !told.contains(&name.as_str()) {
-            suspicions.extend(stuck(name, one, log));
+    let mut inspector = DriveInspector::new(rover);
+    inspector.look(log, false);
+    inspector.finish()
+}
+
+/// [`inspect_drive`] of a log that comes block by block.
+///
+/// Memory: the segments, their gaps, and the samples that a usual value is found among. A segment's usual step is the
+/// median of its first 262 144 steps; of a log with more rows than that, ground speed is held against wheel speed in
+/// every second row, every fourth, and so on, so that no more than 262 144 are held. All else counts every row.
+pub struct DriveInspector<'r> {
+    rover: Option<&'r Rover>,
+    rows: usize,
+    channels: Vec<Channel>,
+    groups: Vec<Group>,
+    /// Of the last group.
+    clock: Clock,
+    motion: Motion,
+    loads: bool,
+    notes: ReadNotes,
+    warnings: Vec<String>,
+}
+
+/// One channel on its way over a log.
+struct Channel {
+    name: String,
+    count: Count,
+    still: Still,
+}
+
+impl<'r> DriveInspector<'r> {
+    /// Before the first block. With a rover the checks of units know the wheel's radius and the track.
+    pub fn new(rover: Option<&'r Rover>) -> Self {
+        DriveInspector {
+            rover,
+            rows: 0,
+            channels: Vec::new(),
+            groups: Vec::new(),
+            clock: Clock::default(),
+            motion: Motion::default(),
+            loads: false,
+            notes: ReadNotes::default(),
+            warnings: Vec::new(),
         }
     }
-    if log.normal_load.is_none() && rover.is_none_or(|r| r.vehicle.is_none()) {
-        suspicions.push(Suspicion {
-            code: "load-missing",
-            message: "no normal_load_{fl,fr,rl,rr}_N and no [vehicle]: give --rover, whose mass and geometry set the wheel loads"
-                .to_owned(),
-        });
+
+    /// Takes the next block in.
+    pub fn block(&mut self, block: &DriveBlock) {
+        self.look(&block.log, block.continues);
     }
-    Inspection {
-        kind: LogKind::Drive,
-        rows: log.len(),
-        channels,
-        groups,
-        suspicions,
-        dropped: Vec::new(),
-        notes: log.notes.clone(),
-        warnings: log.warnings.clone(),
+
+    fn look(&mut self, log: &DriveLog, continues: bool) {
+        let series = log.channels();
+        if self.channels.is_empty() {
+            let new = |(name, _): &(String, _)| Channel {
+                name: name.clone(),
+                count: Count::default(),
+                still: Still::default(),
+            };
+            self.channels = series.iter().map(new).collect();
+        }
+        for (channel, (_, one)) in self.channels.iter_mut().zip(&series) {
+            one.iter().for_each(|v| channel.count.see(v));
+            if STEADY.contains(&channel.name.as_str()) {
+                continue;
+            }
+            for (i, segment) in log.segments.iter().enumerate() {
+                if i > 0 || !continues {
+                    channel.still.begin();
+                }
+                for k in segment.rows.clone() {
+                    channel.still.see(one.get(k), k, log);
+                }
+            }
+        }
+        for (i, segment) in log.segments.iter().enumerate() {
+            if i > 0 || !continues {
+                self.close();
+                self.groups.push(Group {
+                    name: segment.name.clone(),
+                    rows: 0,
+                    pace: None,
+                });
+            }
+            if let Some(group) = self.groups.last_mut() {
+                group.rows += segment.rows.len();
+            }
+            let time = log.time.get(segment.rows.clone()).unwrap_or_default();
+            time.iter().for_each(|t| self.clock.see(*t));
+        }
+        self.motion.look(log);
+        self.loads |= log.normal_load.is_some();
+        self.rows += log.len();
+        self.notes.add(&log.notes);
+        self.warnings.extend_from_slice(&log.warnings);
+    }
+
+    /// Ends the last group.
+    fn close(&mut self) {
+        let clock = std::mem::take(&mut self.clock);
+        if let Some(group) = self.groups.last_mut() {
+            group.pace = clock.pace();
+        }
+    }
+
+    /// What is in the log, and what looks wrong in it.
+    pub fn finish(mut self) -> Inspection {
+        self.close();
+        let channels: Vec<ChannelSummary> = self
+            .channels
+            .iter()
+            .map(|c| c.count.summary(&c.name, &self.notes))
+            .collect();
+        let mut suspicions: Vec<Suspicion> = self
+            .groups
+            .iter()
+            .filter_map(|g| g.pace.as_ref().map(|p| p.suspicions(&g.name)))
+            .flatten()
+            .collect();
+        for channel in &channels {
+            suspicions.extend(plausible(channel));
+        }
+        suspicions.extend(self.motion.suspicions(self.rover));
+        for channel in &self.channels {
+            suspicions.extend(channel.still.suspicion(&channel.name, self.rows));
+        }
+        if !self.loads && self.rover.is_none_or(|r| r.vehicle.is_none()) {
+            suspicions.push(Suspicion {
+                code: "load-missing",
+                message: "no normal_load_{fl,fr,rl,rr}_N and no [vehicle]: give --rover, whose mass and geometry set the wheel loads"
+                    .to_owned(),
+            });
+        }
+        Inspection {
+            kind: LogKind::Drive,
+            rows: self.rows,
+            channels,
+            groups: self.groups,
+            suspicions,
+            dropped: Vec::new(),
+            notes: self.notes,
+            warnings: self.warnings,
+        }
     }
 }
 
@@ -100,43 +202,86 @@ fn plausible(channel: &ChannelSummary) -> Option<Suspicion> {
     })
 }
 
-/// A value that stands still while the wheels change their speed.
-fn stuck(name: &str, one: &Series, log: &DriveLog) -> Option<Suspicion> {
-    let mut longest = 0..0;
-    for segment in &log.segments {
-        let mut begin = segment.rows.start;
-        for k in segment.rows.clone() {
-            if one.get(k).is_none() || one.get(k) != one.get(begin) {
-                begin = k;
-            }
-            if k + 1 - begin > longest.len() {
-                longest = begin..k + 1;
-            }
+/// Rows in which a channel has one and the same value.
+#[derive(Clone, Copy)]
+struct Stretch {
+    value: Option<f64>,
+    from: f64,
+    rows: usize,
+    /// Lowest and highest speed of each wheel in them.
+    speeds: [(f64, f64); 4],
+}
+
+impl Stretch {
+    const NONE: Stretch = Stretch {
+        value: None,
+        from: 0.0,
+        rows: 0,
+        speeds: [(f64::INFINITY, f64::NEG_INFINITY); 4],
+    };
+}
+
+/// The longest stretch of a channel.
+struct Still {
+    now: Stretch,
+    longest: Stretch,
+}
+
+impl Default for Still {
+    fn default() -> Self {
+        Still {
+            now: Stretch::NONE,
+            longest: Stretch::NONE,
         }
     }
-    if longest.len() < STUCK_ROWS.max(log.len() / 20) {
-        return None;
+}
+
+impl Still {
+    /// A segment begins.
+    fn begin(&mut self) {
+        self.now = Stretch::NONE;
     }
-    // Speeds of the other wheels in these rows: if they move, this value should.
-    let moves = WHEELS
-        .iter()
-        .zip(&log.wheel_speed)
-        .filter(|(wheel, _)| !name.contains(&format!("_{wheel}_")))
-        .any(|(_, speed)| {
-            let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-            for v in longest.clone().filter_map(|k| speed.get(k)) {
-                low = low.min(v);
-                high = high.max(v);
+
+    /// Takes the sample of a row in.
+    fn see(&mut self, value: Option<f64>, row: usize, log: &DriveLog) {
+        if value.is_none() || value != self.now.value {
+            self.now = Stretch {
+                value,
+                from: log.time.get(row).copied().unwrap_or(f64::NAN),
+                ..Stretch::NONE
+            };
+        }
+        self.now.rows += 1;
+        for ((low, high), speed) in self.now.speeds.iter_mut().zip(&log.wheel_speed) {
+            if let Some(v) = speed.get(row) {
+                *low = low.min(v);
+                *high = high.max(v);
             }
-            high - low > 0.05 * high.abs().max(low.abs())
-        });
-    let value = one.get(longest.start)?;
-    let from = log.time.get(longest.start)?;
-    moves.then(|| Suspicion {
-        code: "stuck",
-        message: format!(
-            "{name} is exactly {value} for {} rows from {from} s while wheels change speed: a stuck or unplugged sensor?",
-            longest.len()
-        ),
-    })
+        }
+        if self.now.rows > self.longest.rows {
+            self.longest = self.now;
+        }
+    }
+
+    /// A value that stands still while the wheels change their speed.
+    fn suspicion(&self, name: &str, rows: usize) -> Option<Suspicion> {
+        let longest = &self.longest;
+        if longest.rows < STUCK_ROWS.max(rows / 20) {
+            return None;
+        }
+        // Speeds of the other wheels in these rows: if they move, this value should.
+        let moves = WHEELS
+            .iter()
+            .zip(longest.speeds)
+            .filter(|(wheel, _)| !name.contains(&format!("_{wheel}_")))
+            .any(|(_, (low, high))| high - low > 0.05 * high.abs().max(low.abs()));
+        let value = longest.value?;
+        moves.then(|| Suspicion {
+            code: "stuck",
+            message: format!(
+                "{name} is exactly {value} for {} rows from {} s while wheels change speed: a stuck or unplugged sensor?",
+                longest.rows, longest.from
+            ),
+        })
+    }
 }

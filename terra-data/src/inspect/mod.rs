@@ -11,7 +11,7 @@ use crate::kind::LogKind;
 use crate::notes::{MissingCells, ReadNotes};
 
 pub use clock::{Gap, Pace};
-pub use drive::inspect_drive;
+pub use drive::{DriveInspector, inspect_drive};
 pub use rig::inspect_rig;
 
 /// One channel of a log, in SI.
@@ -68,34 +68,55 @@ pub struct Inspection {
     pub warnings: Vec<String>,
 }
 
-/// Counts a channel.
-fn summary(
-    name: &str,
-    values: impl Iterator<Item = Option<f64>>,
-    notes: &ReadNotes,
-) -> ChannelSummary {
-    let (mut present, mut absent, mut sum) = (0_usize, 0_usize, 0.0);
-    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-    for value in values {
-        match value {
-            Some(x) => {
-                present += 1;
-                sum += x;
-                low = low.min(x);
-                high = high.max(x);
-            }
-            None => absent += 1,
+/// Samples held to find a median or a quantile of; of a longer log, some stand for all.
+const KEPT: usize = 1 << 18;
+
+/// The samples of a channel, counted one by one.
+struct Count {
+    present: usize,
+    absent: usize,
+    sum: f64,
+    low: f64,
+    high: f64,
+}
+
+impl Default for Count {
+    fn default() -> Self {
+        Count {
+            present: 0,
+            absent: 0,
+            sum: 0.0,
+            low: f64::INFINITY,
+            high: f64::NEG_INFINITY,
         }
     }
-    let not_finite = notes.missing.get(name).map_or(0, |m| m.not_finite);
-    ChannelSummary {
-        name: name.to_owned(),
-        present,
-        missing: MissingCells {
-            blank: absent.saturating_sub(not_finite),
-            not_finite: not_finite.min(absent),
-        },
-        range: (present > 0).then(|| [low, sum / present as f64, high]),
+}
+
+impl Count {
+    fn see(&mut self, value: Option<f64>) {
+        match value {
+            Some(x) => {
+                self.present += 1;
+                self.sum += x;
+                self.low = self.low.min(x);
+                self.high = self.high.max(x);
+            }
+            None => self.absent += 1,
+        }
+    }
+
+    fn summary(&self, name: &str, notes: &ReadNotes) -> ChannelSummary {
+        let not_finite = notes.missing.get(name).map_or(0, |m| m.not_finite);
+        let mean = self.sum / self.present as f64;
+        ChannelSummary {
+            name: name.to_owned(),
+            present: self.present,
+            missing: MissingCells {
+                blank: self.absent.saturating_sub(not_finite),
+                not_finite: not_finite.min(self.absent),
+            },
+            range: (self.present > 0).then_some([self.low, mean, self.high]),
+        }
     }
 }
 

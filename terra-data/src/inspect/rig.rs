@@ -1,7 +1,7 @@
 //! What is in a rig log.
 
 use super::clock::Pace;
-use super::{Group, Inspection, Suspicion, angle, largest, summary};
+use super::{Count, Group, Inspection, Suspicion, angle, largest};
 use crate::kind::LogKind;
 use crate::rig::{Measured, RigLog, RigRow};
 use crate::rover::Rover;
@@ -34,7 +34,11 @@ pub fn inspect_rig(log: &RigLog, rover: Option<&Rover>) -> Inspection {
     ];
     let channels: Vec<_> = readings
         .iter()
-        .map(|(name, read)| summary(name, log.rows.iter().map(read), &log.notes))
+        .map(|(name, read)| {
+            let mut count = Count::default();
+            log.rows.iter().for_each(|row| count.see(read(row)));
+            count.summary(name, &log.notes)
+        })
         .filter(|c| c.present > 0)
         .collect();
     let mut groups: Vec<Group> = Vec::new();

@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 
 use proptest::prelude::*;
 use terra_data::{
-    DataError, DriveLog, DriveReader, MissingCells, Rover, Series, read_drive_log_from,
+    DataError, DriveBlock, DriveInspector, DriveLog, DriveReader, MissingCells, Rover, Segment,
+    Series, inspect_drive, read_drive_log_from,
 };
 
 use crate::robust::damaged;
@@ -190,4 +191,106 @@ fn each_warning_comes_once() {
         assert!(last.contains("no line end"), "{last}");
         assert_eq!(said.iter().flatten().count(), 2, "{size}");
     }
+}
+
+/// What is in a log, and what looks wrong in it, does not depend on how the log comes: with stretches that stand still,
+/// gaps and holes over the ends of blocks.
+#[test]
+fn inspected_in_blocks_it_is_the_same_log() {
+    let mut text = format!("segment,{DRIVE},yaw_rate_rad_s,pitch_rad\n");
+    for k in 0..900 {
+        let segment = ["a", "b", "a"][k / 300];
+        let time = 0.1 * k as f64 + if k % 300 > 200 { 1.5 } else { 0.0 };
+        let w = 2.0 + (0.05 * k as f64).sin();
+        // One wheel stands still over 60 rows, the ground speed is missing in some, left and right are swapped.
+        let stuck = if (130..190).contains(&k) { 2.5 } else { w };
+        let ground = match k % 7 {
+            0 => String::new(),
+            1 => "1e999".to_owned(),
+            _ => (25.0 * w).to_string(),
+        };
+        let turn = 0.3 * (0.02 * k as f64).sin();
+        let (left, right) = (w - turn, w + turn);
+        text.push_str(&format!(
+            "{segment},{time},{stuck},{right},{left},{right},{ground},{},2.0\n",
+            -0.3 * turn
+        ));
+    }
+    let rover = rover("");
+    let expected = inspect_drive(
+        &read_drive_log_from(text.as_bytes(), "log.csv", &rover).unwrap(),
+        Some(&rover),
+    );
+    let codes: Vec<&str> = expected.suspicions.iter().map(|s| s.code).collect();
+    assert_eq!(
+        codes,
+        [
+            "gap",
+            "gap",
+            "gap",
+            "degrees",
+            "km-h",
+            "sides-swapped",
+            "stuck"
+        ]
+    );
+    for rows in [1, 7, 64, 299, 300, 301, 1000] {
+        let mut reader = DriveReader::from_reader(text.as_bytes(), "log.csv", &rover).unwrap();
+        let mut inspector = DriveInspector::new(Some(&rover));
+        while let Some(block) = reader.next_block(rows).unwrap() {
+            inspector.block(&block);
+        }
+        assert_eq!(inspector.finish(), expected, "{rows}");
+    }
+}
+
+/// Beyond 262 144 rows a usual value is found among fewer; what is counted is still counted in every row.
+#[test]
+fn a_long_log_is_still_counted_in_full() {
+    let rows = 600_000;
+    let mut inspector = DriveInspector::new(None);
+    let mut first_row = 0;
+    while first_row < rows {
+        let n = 50_000.min(rows - first_row);
+        let series = |f: &dyn Fn(usize) -> f64| -> Series {
+            (first_row..first_row + n).map(|k| Some(f(k))).collect()
+        };
+        let speed = |k: usize| 2.0 + (0.001 * k as f64).sin();
+        // Every hundredth step is three times as long, 6000 in all; wheels in turns a minute.
+        let time = |k: usize| 0.5 * (k + 2 * (k / 100)) as f64;
+        inspector.block(&DriveBlock {
+            log: DriveLog {
+                time: (first_row..first_row + n).map(time).collect(),
+                segments: vec![Segment {
+                    name: "all".to_owned(),
+                    rows: 0..n,
+                }],
+                wheel_speed: [0; 4].map(|_| series(&speed)),
+                ground_speed: Some(series(&|k| 0.01 * speed(k))),
+                ..DriveLog::default()
+            },
+            first_row,
+            continues: first_row > 0,
+        });
+        first_row += n;
+    }
+    let found = inspector.finish();
+    assert_eq!(found.rows, rows);
+    let ground = found
+        .channels
+        .iter()
+        .find(|c| c.name == "ground_speed_m_s")
+        .unwrap();
+    assert_eq!(ground.present, rows);
+    let [group] = found.groups.as_slice() else {
+        panic!("one segment");
+    };
+    let pace = group.pace.as_ref().unwrap();
+    assert_eq!((pace.step, pace.uneven), (0.5, 0.0));
+    assert_eq!(pace.gaps.len(), rows / 100 - 1);
+    assert_eq!(
+        (pace.start, pace.end),
+        (0.0, 0.5 * (rows - 1 + 2 * 5999) as f64)
+    );
+    assert!(found.suspicions.iter().any(|s| s.code == "rpm"));
 }
