@@ -124,8 +124,8 @@ impl<'c> FirstPass<'c> {
     }
 }
 
-/// The filter on its way over a log, after a [`FirstPass`] over it. Steps come out as soon as they are known: about a
-/// thousand rows behind the row that goes in, and at the latest with the next segment or with [`ForceRun::finish`].
+/// The filter on its way over a log, after a [`FirstPass`] over it. Steps come out as soon as they are known: 256 rows
+/// behind the row that goes in, and at the latest with the next segment or with [`ForceRun::finish`].
 /// Smoothed steps come with their whole segment.
 pub struct ForceRun<'c> {
     config: &'c ForceConfig,

@@ -11,7 +11,7 @@ use crate::spaces::longitudinal_robot::{CHANNELS, R, STATES, T, V, W, Z_R, Z_V, 
 use crate::state_space::StateSpace;
 
 /// Rows that a run sees ahead of the one it is at.
-pub(super) const AHEAD: usize = 1024;
+pub(super) const AHEAD: usize = 256;
 
 /// The belief before a segment's first sample, and the channels whose first sample went into it.
 ///
