@@ -74,7 +74,8 @@ pub(crate) enum Command {
     Bevameter(BevameterArgs),
     /// What is in a log, and what in it looks wrong: units, signs, sides, clock.
     ///
-    /// Works without a rover file on a log in terra's own column names; with one it knows radius, track and units.
+    /// Works without a rover file on a log in terra's own column names; with one it knows radius, track and units. A drive
+    /// log may be longer than memory.
     Inspect {
         /// Drive or rig log (CSV).
         log: PathBuf,
@@ -123,6 +124,9 @@ pub(crate) enum Command {
         seed: Option<u64>,
     },
     /// What forces does the ground give each wheel? No soil model needed.
+    ///
+    /// The log is read twice and the table written on the way, in memory that does not grow with the log. --smooth, --html
+    /// and --figures hold the log and its states in memory; a log that comes through a pipe is held as it is.
     Estimate {
         /// Drive log (CSV).
         log: PathBuf,
@@ -455,6 +459,13 @@ pub(crate) struct ReportArgs {
     /// Folder for each figure of that report as SVG, and its numbers as CSV.
     #[arg(long, value_name = "DIR")]
     pub(crate) figures: Option<PathBuf>,
+}
+
+impl ReportArgs {
+    /// True when there is a report to write.
+    pub(crate) fn asked(&self) -> bool {
+        self.html.is_some() || self.figures.is_some()
+    }
 }
 
 #[derive(Debug, clap::Args)]

@@ -6,12 +6,15 @@ use std::path::Path;
 
 use sha2::{Digest, Sha256};
 use terra_data::{
-    DataError, DriveLog, LogKind, RigLog, Rover, log_kind, log_kind_from, read_drive_log,
-    read_drive_log_from, read_rig_log, read_rig_log_from, read_rover_with,
+    DataError, DriveLog, DriveReader, LogKind, RigLog, Rover, log_kind, log_kind_from,
+    read_drive_log, read_drive_log_from, read_rig_log, read_rig_log_from, read_rover_with,
 };
 use terra_model::Registry;
 
 use crate::error::CliError;
+
+/// Rows of a drive log read at a time.
+pub(crate) const BLOCK: usize = 1024;
 
 fn hexadecimal(digest: impl AsRef<[u8]>) -> String {
     digest.as_ref().iter().map(|b| format!("{b:02x}")).collect()
@@ -98,6 +101,14 @@ impl<'a> LogFile<'a> {
         match &self.piped {
             Some(bytes) => read_drive_log_from(bytes.as_slice(), &self.name(), rover),
             None => read_drive_log(self.path, rover),
+        }
+    }
+
+    /// The rows of a drive log in blocks; each call begins at the first.
+    pub(crate) fn drive_blocks(&self, rover: &Rover) -> Result<DriveReader<'_>, DataError> {
+        match &self.piped {
+            Some(bytes) => DriveReader::from_reader(bytes.as_slice(), &self.name(), rover),
+            None => DriveReader::open(self.path, rover),
         }
     }
 

@@ -88,7 +88,7 @@ pub(crate) fn claim_with(
 
 /// Writes a report: its page, and its figures one by one, where they were asked for.
 pub(crate) fn report(args: &ReportArgs, page: impl FnOnce() -> Page) -> Result<(), CliError> {
-    if args.html.is_none() && args.figures.is_none() {
+    if !args.asked() {
         return Ok(());
     }
     let page = page();
@@ -124,6 +124,39 @@ pub(crate) fn text(path: Option<&Path>, text: &str) -> Result<(), CliError> {
     match path {
         Some(path) => Ok(atomic_write(path, |w| w.write_all(text.as_bytes()))?),
         None => stdout(text),
+    }
+}
+
+/// Writes a text piece by piece, as it comes, to a file, atomically, or to standard output without one. The function given
+/// is called with what takes a piece.
+pub(crate) fn pieces(
+    path: Option<&Path>,
+    write: impl FnOnce(&mut dyn FnMut(&str) -> Result<(), CliError>) -> Result<(), CliError>,
+) -> Result<(), CliError> {
+    let Some(path) = path else {
+        return write(&mut stdout);
+    };
+    let mut failed = None;
+    let done = atomic_write(path, |w| {
+        let target = path.display().to_string();
+        let mut put = |text: &str| {
+            w.write_all(text.as_bytes())
+                .map_err(|reason| CliError::Write {
+                    target: target.clone(),
+                    reason,
+                })
+        };
+        write(&mut put).map_err(|e| match e {
+            CliError::Write { reason, .. } => reason,
+            other => {
+                failed = Some(other);
+                io::Error::other("there is no more to write")
+            }
+        })
+    });
+    match failed {
+        Some(e) => Err(e),
+        None => Ok(done?),
     }
 }
 

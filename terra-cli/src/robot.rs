@@ -2,11 +2,11 @@
 
 use std::ops::Range;
 
-use terra_data::{DriveLog, GroundSpeedSource, Rover, Series};
+use terra_data::{DriveBlock, DriveLog, GroundSpeedSource, Rover, Series};
 use terra_ekf::spaces::longitudinal_robot::{
     LongitudinalRobot, PriorSpread, ProcessNoise, SensorNoise,
 };
-use terra_ekf::{FilterError, ForceConfig, RobotLog, Step, estimate_forces};
+use terra_ekf::{FilterError, ForceConfig, RobotLog, RobotRow, Step, estimate_forces};
 use terra_model::Vehicle;
 
 use crate::error::CliError;
@@ -24,12 +24,7 @@ pub(crate) struct Columns {
 
 impl Columns {
     fn of(log: &DriveLog) -> Result<Self, CliError> {
-        let torque = log.wheel_torque.as_ref().ok_or_else(|| {
-            CliError::data(
-                "the log has neither wheel torques nor motor currents, so the forces of the ground cannot be told from those of the motors",
-                "log wheel_torque_fl_N_m ... rr, or motor_current_fl_A ... rr with [drivetrain] in the rover file",
-            )
-        })?;
+        let torque = torques(log)?;
         let samples = |s: &Series| s.iter().collect::<Vec<_>>();
         let optional = |s: &Option<Series>| s.as_ref().map(samples).unwrap_or_default();
         let [fl, fr, rl, rr] = log.wheel_speed.each_ref().map(samples);
@@ -66,6 +61,50 @@ impl Columns {
         };
         estimate_forces(&robot, config)
     }
+}
+
+fn torques(log: &DriveLog) -> Result<&[Series; 4], CliError> {
+    log.wheel_torque.as_ref().ok_or_else(|| {
+        CliError::data(
+            "the log has neither wheel torques nor motor currents, so the forces of the ground cannot be told from those of the motors",
+            "log wheel_torque_fl_N_m ... rr, or motor_current_fl_A ... rr with [drivetrain] in the rover file",
+        )
+    })
+}
+
+/// The rows of a block as the force filter takes them, each with the name of the segment that begins at it.
+pub(crate) fn rows(block: &DriveBlock) -> impl Iterator<Item = (Option<&str>, RobotRow)> {
+    let log = &block.log;
+    let at = |series: &Option<Series>, k: usize| series.as_ref().and_then(|s| s.get(k));
+    let row = move |k: usize| {
+        let [fl, fr, rl, rr] = log.wheel_speed.each_ref().map(|s| s.get(k));
+        let torque = log.wheel_torque.as_ref();
+        RobotRow {
+            row: block.first_row + k,
+            time: log.time.get(k).copied().unwrap_or(f64::NAN),
+            torque: torque.map_or([None; 4], |t| t.each_ref().map(|s| s.get(k))),
+            channels: [
+                at(&log.accel_x, k),
+                fl,
+                fr,
+                rl,
+                rr,
+                at(&log.ground_speed, k),
+                at(&log.yaw_rate, k),
+            ],
+            pitch: at(&log.pitch, k),
+            payload: at(&log.payload, k),
+        }
+    };
+    log.segments
+        .iter()
+        .enumerate()
+        .flat_map(move |(i, segment)| {
+            let begins = (i > 0 || !block.continues).then_some(segment.name.as_str());
+            let first = segment.rows.start;
+            let named = move |k: usize| (begins.filter(|_| k == first), row(k));
+            segment.rows.clone().map(named)
+        })
 }
 
 /// The 1-sigma of a sensor. A channel the log lacks needs none; any number will do, as it is never used.
@@ -114,13 +153,27 @@ pub(crate) fn prepare(
     filter: &str,
     smooth: bool,
 ) -> Result<(Columns, ForceConfig), CliError> {
+    let config = config(log, rover, filter, smooth)?;
+    Ok((Columns::of(log)?, config))
+}
+
+/// How the rows of a log are to be run; any block of it tells which channels it has.
+///
+/// # Errors
+/// As [`prepare`].
+pub(crate) fn config(
+    log: &DriveLog,
+    rover: &Rover,
+    filter: &str,
+    smooth: bool,
+) -> Result<ForceConfig, CliError> {
     let vehicle = rover.nominal_vehicle().ok_or_else(|| {
         CliError::rover(
             "a drive log needs [vehicle] in the rover file",
             "see the examples folder",
         )
     })?;
-    let columns = Columns::of(log)?;
+    torques(log)?;
     let sensors = SensorNoise {
         accel_x: noise(rover, "accel_x_m_s2", log.accel_x.is_some())?,
         wheel_speed: noise(rover, "wheel_speed_rad_s", true)?,
@@ -133,12 +186,11 @@ pub(crate) fn prepare(
         ..ProcessNoise::default()
     };
     let space = LongitudinalRobot::new(vehicle, sensors, process, PriorSpread::default())?;
-    let config = ForceConfig {
+    Ok(ForceConfig {
         filter: filter.to_owned(),
         smooth,
         no_ground_speed: rover.filter.ground_speed == GroundSpeedSource::None,
         start_wait: rover.filter.start_wait,
         ..ForceConfig::new(space)
-    };
-    Ok((columns, config))
+    })
 }

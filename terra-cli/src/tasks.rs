@@ -238,10 +238,21 @@ pub fn estimate(
     if file.kind(&nominal)? == LogKind::Rig {
         return Err(estimating::no_rig(log.name()));
     }
-    let drive = file.drive(&nominal)?;
-    let forces = forces(&drive, &nominal, filter, smooth)
-        .map_err(|e| e.in_files(log.name(), rover.name()))?;
-    estimating::csv(&drive, &forces.steps)
+    let within = |e: CliError| e.in_files(log.name(), rover.name());
+    if smooth {
+        let drive = file.drive(&nominal)?;
+        let forces = forces(&drive, &nominal, filter, smooth).map_err(within)?;
+        return estimating::csv(&drive, &forces.steps);
+    }
+    let mut table = String::new();
+    let mut put = |piece: &str| {
+        table.push_str(piece);
+        Ok(())
+    };
+    let passes = estimating::Passes::new(&file, &nominal, filter).map_err(within)?;
+    let run = passes.first().map_err(within)?;
+    passes.second(run, &mut put).map_err(within)?;
+    Ok(table)
 }
 
 /// `identify.json` of `terra identify`.

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 use terra_data::{
-    DataError, Inspection, LogKind, Problem, Rover, inspect_drive, inspect_rig, parse_rover,
+    DataError, DriveInspector, Inspection, LogKind, Problem, Rover, inspect_rig, parse_rover,
 };
 
 use crate::error::CliError;
@@ -42,7 +42,14 @@ pub(crate) fn look(
     };
     Ok(
         match log.kind(&reader).map_err(|e| unnamed(e, given.is_some()))? {
-            LogKind::Drive => inspect_drive(&log.drive(&reader)?, given.as_ref()),
+            LogKind::Drive => {
+                let mut inspector = DriveInspector::new(given.as_ref());
+                let mut blocks = log.drive_blocks(&reader)?;
+                while let Some(block) = blocks.next_block(input::BLOCK)? {
+                    inspector.block(&block);
+                }
+                inspector.finish()
+            }
             LogKind::Rig => {
                 let rows = log.rig(&reader)?;
                 // Slip of a rim speed in rad/s needs the radius, which only the rover file knows.
