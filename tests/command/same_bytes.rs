@@ -115,3 +115,39 @@ fn dressed_up_logs_are_the_same_log() {
         assert!(done.out == expected, "{name}");
     }
 }
+
+/// The table of an estimate is the same whether it is written as the log is read, or from a log held for a report: in
+/// segments that come back, with pauses, missing cells and a channel lost for long.
+#[test]
+fn an_estimate_on_the_way_is_the_one_of_the_whole() {
+    let folder = folder("on_the_way");
+    fs::copy(logs().join("rover.toml"), folder.join("rover.toml")).unwrap();
+    let plain = fs::read_to_string(logs().join("drive.csv")).unwrap();
+    let header: Vec<&str> = plain.lines().next().unwrap().split(',').collect();
+    let at = |name: &str| header.iter().position(|h| *h == name).unwrap();
+    let (time, segment) = (at("time_s"), at("segment"));
+    let (speed, torque) = (at("ground_speed_m_s"), at("wheel_torque_rl_N_m"));
+    // Longer than the blocks that are read, and than the rows that the filter sees ahead.
+    let mut log = header.join(",") + "\n";
+    for (k, line) in (0..15).flat_map(|_| plain.lines().skip(1)).enumerate() {
+        let mut row: Vec<String> = line.split(',').map(str::to_owned).collect();
+        row[time] = (0.01 * (k + 300 * (k / 800)) as f64).to_string();
+        row[segment] = ["out", "\"back, again\"", "out"][k / 1000].to_owned();
+        if k % 90 < 8 {
+            row[torque].clear();
+        }
+        if (700..1200).contains(&k) || k % 41 == 0 || (2400..2900).contains(&k) {
+            row[speed] = "nan".to_owned();
+        }
+        log.push_str(&(row.join(",") + "\n"));
+    }
+    fs::write(folder.join("log.csv"), log).unwrap();
+    let line = "estimate log.csv --rover rover.toml";
+    let printed = terra(&folder, line).ok().out;
+    assert_eq!(printed.lines().count(), 3001);
+    terra(&folder, &format!("{line} --out on_the_way.csv")).ok();
+    terra(&folder, &format!("{line} --out whole.csv --html page.html")).ok();
+    let read = |name: &str| fs::read_to_string(folder.join(name)).unwrap();
+    assert!(read("on_the_way.csv") == printed);
+    assert!(read("whole.csv") == printed);
+}
