@@ -1,7 +1,7 @@
 //! A drive log of any length is read, inspected and run through the force filter in memory that does not grow with it.
 //!
 //! The log is made while it is read, so that nothing of it lies anywhere; every byte that the library asks for is counted.
-#![allow(clippy::unwrap_used, clippy::panic)]
+#![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout)]
 
 use std::io::{self, Read};
 
