@@ -440,10 +440,14 @@ pub(crate) struct WheelArgs {
     /// bulldozing, and what an effect adds under no other name.
     #[arg(long)]
     pub(crate) contributions: bool,
+    /// Also what the lugs push during the passage of one at each slip (another table), for wheels whose lugs push: their
+    /// ripple, lugs times ω/2π a second.
+    #[arg(long)]
+    pub(crate) lugs: bool,
     /// Also the stresses along the contact at each slip (a second table).
     #[arg(long)]
     pub(crate) stress: bool,
-    /// File to write (standard output when absent); stresses go to FILE with .stress before its extension.
+    /// File to write (standard output when absent); stresses go to FILE with .stress before its extension, lugs with .lugs.
     #[arg(long, value_name = "FILE")]
     pub(crate) csv: Option<PathBuf>,
     #[command(flatten)]

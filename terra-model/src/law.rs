@@ -11,6 +11,7 @@ use crate::effect::AnyEffect;
 use crate::error::ModelError;
 use crate::forces::WheelForces;
 use crate::guard::{count, guard};
+use crate::lugs::LugPhase;
 use crate::model::{AnyModel, Soil, TerrainModel};
 use crate::param::Param;
 use crate::real::Real;
@@ -316,6 +317,30 @@ impl Law {
         p: &[f64],
         at: &Contact<f64>,
     ) -> Result<Option<StressField>, ModelError> {
+        let (q, contact) = self.as_the_model_sees(p, at)?;
+        self.model.stress_field(q, &contact)
+    }
+
+    /// What the lugs push during the passage of one, in so many moments; `None` for a wheel without lugs that push.
+    ///
+    /// # Errors
+    /// A typed [`ModelError`].
+    pub fn lug_cycle(
+        &self,
+        p: &[f64],
+        at: &Contact<f64>,
+        moments: usize,
+    ) -> Result<Option<Vec<LugPhase>>, ModelError> {
+        let (q, contact) = self.as_the_model_sees(p, at)?;
+        self.model.lug_cycle(q, &contact, moments)
+    }
+
+    /// The model's parameters, and the contact under the effects.
+    fn as_the_model_sees<'p>(
+        &self,
+        p: &'p [f64],
+        at: &Contact<f64>,
+    ) -> Result<(&'p [f64], Contact<f64>), ModelError> {
         guard(self.model.name(), &self.params, p, at)?;
         let (q, effects) = self.parts(p);
         let soil = f64::of_model(&*self.model).soil_at(q, at);
@@ -323,7 +348,7 @@ impl Law {
         for (effect, e) in effects {
             contact = f64::of_effect(&**effect).before_at(e, &soil, contact);
         }
-        self.model.stress_field(q, &contact)
+        Ok((q, contact))
     }
 }
 

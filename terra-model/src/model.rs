@@ -9,6 +9,7 @@ use crate::error::ModelError;
 use crate::forces::WheelForces;
 use crate::guard::guard;
 use crate::lanes::Lanes;
+use crate::lugs::LugPhase;
 use crate::param::Param;
 use crate::real::Real;
 use crate::stress::StressField;
@@ -179,6 +180,19 @@ pub trait AnyModel: ModelAt<f64> + ModelAt<Dual8> + ModelAt<Dual16> + ModelAt<La
     /// As there.
     fn stress_field(&self, p: &[f64], at: &Contact<f64>)
     -> Result<Option<StressField>, ModelError>;
+    /// The passage of one lug in so many moments; `None` for a wheel without lugs that push.
+    ///
+    /// # Errors
+    /// As [`TerrainModel::wheel_forces`].
+    fn lug_cycle(
+        &self,
+        p: &[f64],
+        at: &Contact<f64>,
+        moments: usize,
+    ) -> Result<Option<Vec<LugPhase>>, ModelError> {
+        let _ = (p, at, moments);
+        Ok(None)
+    }
 }
 
 impl<M: TerrainModel> AnyModel for M {

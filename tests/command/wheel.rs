@@ -154,6 +154,36 @@ fn contributions_add_up_and_name_the_push_of_a_lug() {
     assert_eq!(none.text("lug_thrust_N"), ["", "", ""]);
 }
 
+/// Twelve lugs: what they push rises and falls about the mean that the curve holds. A wheel without such lugs says so.
+#[test]
+fn the_passage_of_a_lug_is_a_table_of_its_own() {
+    let to = folder("wheel_lugs");
+    let line = "wheel --terrain upland_sandy_loam --radius_m 0.254 --width_m 0.15 --load_N 245 --slip 0.3 --contributions \
+                --lugs --csv w.csv --model grouser-passive --value unit_weight=15000 --value lug_height=0.012 --value lug_count=12";
+    terra(&to, line).ok();
+    let read = |file: &str| Csv::parse(&std::fs::read_to_string(to.join(file)).unwrap());
+    let (curve, cycle) = (read("w.csv"), read("w.lugs.csv"));
+    let pull = cycle.full("lug_pull_N");
+    assert_eq!(pull.len(), 100);
+    let mean = pull.iter().sum::<f64>() / 100.0;
+    let expected = curve.full("lug_thrust_N")[0];
+    assert!((mean / expected - 1.0).abs() < 0.05, "{mean} {expected}");
+    let apart = std::f64::consts::TAU / 12.0;
+    assert!(
+        cycle
+            .full("phase_rad")
+            .iter()
+            .all(|x| (0.0..apart).contains(x))
+    );
+    let none = line
+        .replace("grouser-passive", "wong-reece")
+        .replace(" --value unit_weight=15000", "");
+    let none = none.replace(" --value lug_height=0.012 --value lug_count=12", "");
+    let done = terra(&to, &none);
+    assert_eq!(done.code, 2);
+    assert!(done.err.contains("no lugs that push"), "{}", done.err);
+}
+
 /// A soil that cannot carry the wheel is a row without forces, never a number and never a failure of the curve.
 #[test]
 fn too_heavy_a_wheel_has_no_equilibrium() {

@@ -2,7 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use terra_model::{AnyEffect, Contact, ForceLaw, Law, ModelError, Registry, StressProfile, Touch};
+use terra_model::{
+    AnyEffect, Contact, ForceLaw, Law, LugPhase, ModelError, Registry, StressProfile, Touch,
+};
 
 use crate::args::WheelArgs;
 use crate::commands::pages::acts_on;
@@ -16,12 +18,24 @@ const HEADER: &str = "slip,normal_load_N,drawbar_pull_N,torque_N_m,thrust_N,moti
 const CONTRIBUTIONS: &str =
     "rim_thrust_N,lug_thrust_N,compaction_resistance_N,bulldozing_resistance_N,other_force_N";
 const STRESS_HEADER: &str = "slip,angle_rad,normal_stress_Pa,shear_stress_Pa\n";
+const LUGS_HEADER: &str = "slip,phase_rad,lug_pull_N,lug_torque_N_m,lug_load_N\n";
+/// Moments of a lug's passage.
+const MOMENTS: usize = 100;
 /// Points of a stress profile.
 const POINTS: usize = 101;
 
 pub(crate) fn run(args: &WheelArgs) -> Result<(), CliError> {
-    let stress_file = args.csv.as_deref().filter(|_| args.stress).map(stress_path);
-    let tables = [args.csv.as_deref(), stress_file.as_deref()];
+    let beside = |asked: bool, what| {
+        let csv = args.csv.as_deref().filter(|_| asked);
+        csv.map(|path| path_beside(path, what))
+    };
+    let stress_file = beside(args.stress, "stress");
+    let lugs_file = beside(args.lugs, "lugs");
+    let tables = [
+        args.csv.as_deref(),
+        stress_file.as_deref(),
+        lugs_file.as_deref(),
+    ];
     let inputs: Vec<&Path> = args.soil.catalogue.as_deref().into_iter().collect();
     output::claim_with(&args.report, &tables, &inputs)?;
     let slips = slips(&args.slip)?;
@@ -38,6 +52,7 @@ pub(crate) fn run(args: &WheelArgs) -> Result<(), CliError> {
     }
     csv.push('\n');
     let mut stress = STRESS_HEADER.to_owned();
+    let mut lugs = LUGS_HEADER.to_owned();
     let mut rows = vec![];
     for slip in slips {
         let at = Contact::new(slip, args.load, args.radius, args.width);
@@ -52,6 +67,9 @@ pub(crate) fn run(args: &WheelArgs) -> Result<(), CliError> {
                         ),
                         "leave --stress out, or take a model of stresses such as wong-reece",
                     ));
+                }
+                if args.lugs {
+                    lugs.push_str(&passage(&law, &p, &at)?);
                 }
                 let cell = |x: Option<f64>| x.map(|x| x.to_string()).unwrap_or_default();
                 csv.push_str(&format!(
@@ -108,14 +126,39 @@ pub(crate) fn run(args: &WheelArgs) -> Result<(), CliError> {
         }
     }
     output::report(&args.report, || page(args, rows))?;
-    match (&args.csv, &stress_file) {
-        (Some(path), Some(stress_file)) => {
-            output::text(Some(path), &csv)?;
-            output::text(Some(stress_file), &stress)
+    if let Some(path) = &args.csv {
+        output::text(Some(path), &csv)?;
+        for (file, table) in [(stress_file, stress), (lugs_file, lugs)] {
+            if file.is_some() {
+                output::text(file.as_deref(), &table)?;
+            }
         }
-        (None, _) if args.stress => output::stdout(&format!("{csv}\n{stress}")),
-        (path, _) => output::text(path.as_deref(), &csv),
+        return Ok(());
     }
+    for (asked, table) in [(args.stress, stress), (args.lugs, lugs)] {
+        if asked {
+            csv.push('\n');
+            csv.push_str(&table);
+        }
+    }
+    output::stdout(&csv)
+}
+
+/// What the lugs push during the passage of one, line by line.
+fn passage(law: &Law, p: &[f64], at: &Contact<f64>) -> Result<String, CliError> {
+    let Some(cycle) = law.lug_cycle(p, at, MOMENTS)? else {
+        return Err(CliError::usage(
+            format!("--lugs: {} has no lugs that push", law.model().name()),
+            "leave --lugs out, or take grouser-passive with lug_height and lug_count above 0",
+        ));
+    };
+    let line = |c: &LugPhase| {
+        format!(
+            "{},{},{},{},{}\n",
+            at.slip, c.phase, c.pull, c.torque, c.load
+        )
+    };
+    Ok(cycle.iter().map(line).collect())
 }
 
 fn stresses(profile: &StressProfile) -> impl Iterator<Item = [f64; 3]> + '_ {
@@ -152,10 +195,11 @@ pub(super) fn with(values: &[String]) -> String {
     all.concat()
 }
 
-fn stress_path(path: &Path) -> PathBuf {
+/// The file of another table: its name before the extension.
+fn path_beside(path: &Path, what: &str) -> PathBuf {
     match path.extension() {
-        Some(e) => path.with_extension(format!("stress.{}", e.to_string_lossy())),
-        None => path.with_extension("stress"),
+        Some(e) => path.with_extension(format!("{what}.{}", e.to_string_lossy())),
+        None => path.with_extension(what),
     }
 }
 

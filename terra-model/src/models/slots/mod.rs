@@ -34,6 +34,7 @@ use crate::contact::{Contact, Hook};
 use crate::error::ModelError;
 use crate::forces::{Angles, Contributions, Flags, WheelForces};
 use crate::guard::guard;
+use crate::lugs::LugPhase;
 use crate::model::{AnyModel, ModelAt, Soil};
 use crate::names::nearest;
 use crate::param::Param;
@@ -419,6 +420,15 @@ impl AnyModel for Composed {
             |p, at| self.wheel_forces_at(p, at),
         );
         Ok(())
+    }
+    fn lug_cycle(
+        &self,
+        p: &[f64],
+        at: &Contact<f64>,
+        moments: usize,
+    ) -> Result<Option<Vec<LugPhase>>, ModelError> {
+        let wheel = self.wheel(p, at)?;
+        Ok(wheel.lug_cycle(Self::entry(&wheel, at)?, moments))
     }
     fn typical_parameters(&self) -> Vec<Vec<f64>> {
         typical::parameters(self.params())

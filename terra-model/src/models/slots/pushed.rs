@@ -40,6 +40,7 @@ pub(super) struct Broken<T> {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Lugs<T> {
     pub(super) height: T,
+    pub(super) count: T,
     /// N/(2π) times γ h² N_p/2, h N_p and 2 c h sqrt(N_p).
     weight: T,
     surcharge: T,
@@ -52,6 +53,7 @@ impl<T: Real> Lugs<T> {
         let density = count / std::f64::consts::TAU * height;
         Lugs {
             height,
+            count,
             weight: density * soil.weight * height * root.squared() * 0.5,
             surcharge: density * root.squared(),
             cohesion: density * soil.cohesion * root * 2.0,
@@ -61,6 +63,7 @@ impl<T: Real> Lugs<T> {
     pub(super) fn map<S>(self, f: impl Fn(T) -> S) -> Lugs<S> {
         Lugs {
             height: f(self.height),
+            count: f(self.count),
             weight: f(self.weight),
             surcharge: f(self.surcharge),
             cohesion: f(self.cohesion),

@@ -8,6 +8,7 @@
 use super::contact_state::{Soil, Sums, angle_at_depth, depth_base};
 use super::pieces::Pieces;
 use super::pushed::{Lugs, Side};
+use crate::lugs::LugPhase;
 use crate::models::displacement::{displacement, sign_changes};
 use crate::real::{Real, Root};
 use crate::stress::StressPoint;
@@ -183,6 +184,38 @@ impl<P: Root> Rim<P> {
 }
 
 impl Rim<f64> {
+    /// What the lugs push during the passage of one; none without lugs, or with none of them.
+    pub(super) fn lug_cycle(&self, entry: f64, moments: usize) -> Option<Vec<LugPhase>> {
+        let lugs = self.lugs.filter(|l| l.count > 0.0)?;
+        let exit = self.exit(entry);
+        let apart = std::f64::consts::TAU / lugs.count;
+        let cycle = (0..moments).map(|k| {
+            let phase = apart * (k as f64 + 0.5) / moments as f64;
+            let mut now = LugPhase {
+                phase,
+                pull: 0.0,
+                torque: 0.0,
+                load: 0.0,
+            };
+            // The lug that left last is past the exit by the phase; the next one is that much short of one spacing from it.
+            let mut angle = exit + apart - phase;
+            while angle < entry {
+                let normal = self.stress_at(entry, angle).normal_stress;
+                let (along, _) = self.mobilised(entry, angle);
+                // Of one lug: what the mean spreads over its spacing.
+                let (force, moment) = lugs.push(normal, 1.0);
+                let share = apart * self.width * along;
+                let (sin, cos) = angle.sin_cos();
+                now.pull += force * share * cos;
+                now.load += force * share * sin;
+                now.torque += (force * self.torque_arm + moment) * share;
+                angle += apart;
+            }
+            now
+        });
+        Some(cycle.collect())
+    }
+
     /// Stresses at one angle of the contact.
     pub(super) fn stress_at(&self, entry: f64, angle: f64) -> StressPoint {
         let soil = self.soil.under(self.contact_length(entry));

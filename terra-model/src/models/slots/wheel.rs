@@ -12,6 +12,7 @@ use super::two_zones::TwoZones;
 use super::tyre::Tyre;
 use crate::contact::{Contact, Hook};
 use crate::error::ModelError;
+use crate::lugs::LugPhase;
 use crate::model::TerrainModel;
 use crate::models::bekker::apex_ratio;
 use crate::models::braked_two_zone::zones::Zones;
@@ -484,6 +485,14 @@ impl Wheel<f64> {
             Shape::Column(w) => w.stress_at(entry, angle),
             Shape::Tyre(w) => w.stress_at(entry, angle),
             Shape::TwoZones(w) => w.stress_at(entry, angle),
+        }
+    }
+
+    /// The passage of one lug, where lugs push.
+    pub(super) fn lug_cycle(&self, entry: f64, moments: usize) -> Option<Vec<LugPhase>> {
+        match &self.shape {
+            Shape::Rim(w) => w.lug_cycle(entry, moments),
+            _ => None,
         }
     }
 

@@ -224,3 +224,86 @@ fn the_side_force_is_that_of_its_integrals() {
     // Spinning in place shears nothing sideways: the flank alone pushes.
     assert!(side(0.3, 0.9).lateral_force > side(0.3, 0.2).lateral_force);
 }
+
+/// Over the passage of one lug the pushes have the mean that the forces of the model hold, and with few lugs they rise and
+/// fall by more than that mean's tenth; with many they hardly do.
+#[test]
+fn a_lugs_passage_has_the_mean_of_the_forces() {
+    let law = plain("grouser-passive");
+    for slip in [-0.2, 0.1, 0.5] {
+        let mut swings = vec![];
+        for count in [12.0, 96.0] {
+            let p = [&soil("upland_sandy_loam")[..], &[14e3, 0.012, count]].concat();
+            let at = at(slip, 245.25);
+            let f = law.forces(&p, &at).unwrap();
+            let cycle = law.lug_cycle(&p, &at, 2000).unwrap().unwrap();
+            let mean = |pick: fn(&LugPhase) -> f64| cycle.iter().map(pick).sum::<f64>() / 2000.0;
+            let pull = mean(|c| c.pull);
+            assert!(
+                (pull / f.parts.lug_thrust - 1.0).abs() < 2e-3,
+                "{pull} {}",
+                f.parts.lug_thrust
+            );
+            assert_eq!(mean(|c| c.load) > 0.0, slip > 0.0);
+            let most = cycle
+                .iter()
+                .map(|c| c.pull)
+                .fold(f64::NEG_INFINITY, f64::max);
+            let least = cycle.iter().map(|c| c.pull).fold(f64::INFINITY, f64::min);
+            swings.push((most - least) / pull.abs());
+        }
+        assert!(
+            swings[0] > 0.1 && swings[1] < 0.2 * swings[0],
+            "{slip}: {swings:?}"
+        );
+    }
+}
+
+/// A wheel with so few lugs that one at most is in the soil: at the moment it stands at an angle it pushes F_p there.
+#[test]
+fn one_lug_pushes_what_its_formula_says() {
+    let mut p = soil("upland_sandy_loam");
+    p[5] = 2e-5;
+    let (height, weight) = (0.012, 14e3);
+    let lugs = [&p[..], &[weight, height, 4.0]].concat();
+    let law = plain("grouser-passive");
+    let at = at(0.5, 245.25);
+    let entry = law.forces(&lugs, &at).unwrap().angles.unwrap().entry;
+    let np = (std::f64::consts::FRAC_PI_4 + 0.5 * p[4]).tan().powi(2);
+    let mut seen = 0;
+    for moment in law.lug_cycle(&lugs, &at, 400).unwrap().unwrap() {
+        let angle = std::f64::consts::FRAC_PI_2 - moment.phase;
+        if angle >= entry {
+            assert_eq!((moment.pull, moment.torque, moment.load), (0.0, 0.0, 0.0));
+            continue;
+        }
+        // Beside the entry the strength is not mobilised yet.
+        if angle > 0.97 * entry {
+            continue;
+        }
+        let q = rim_stress(&p, 0.5, entry, angle);
+        let own = weight * height * height * np / 2.0;
+        let rest = q * height * np + 2.0 * p[3] * height * np.sqrt();
+        let force = 0.15 * (own + rest);
+        let torque = 0.15 * (own * (0.254 + height * 2.0 / 3.0) + rest * (0.254 + height / 2.0));
+        assert!(
+            (moment.pull - force * angle.cos()).abs() < 1e-3 * force,
+            "{angle}"
+        );
+        assert!((moment.load - force * angle.sin()).abs() < 1e-3 * force);
+        assert!((moment.torque / torque - 1.0).abs() < 1e-3);
+        seen += 1;
+    }
+    assert!(seen > 50, "{seen}");
+    assert!(
+        plain("wong-reece")
+            .lug_cycle(&p, &at, 10)
+            .unwrap()
+            .is_none()
+    );
+    assert!(
+        law.lug_cycle(&[&p[..], &[weight, height, 0.0]].concat(), &at, 10)
+            .unwrap()
+            .is_none()
+    );
+}
