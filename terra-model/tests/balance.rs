@@ -203,7 +203,12 @@ fn combinations_carry_the_load<'a>(names: impl Iterator<Item = &'a str>) {
         let mut soils = law.model().typical_parameters();
         soils.truncate(2);
         let slips = [-0.3, -0.03, 0.05, 0.6];
-        let (worst, place, compared) = worst(&adaptive, &law, &soils, &slips, &[245.25]);
+        let ask = |by: &Adaptive| worst(by, &law, &soils, &slips, &[245.25]);
+        let (mut worst, mut place, compared) = ask(&adaptive);
+        if worst > 1e-10 {
+            // Seven halvings may pass over a bend beside an end; sixteen times finer ones are for what seems off.
+            (worst, place, _) = ask(&Adaptive::new(11));
+        }
         contacts += compared;
         asked += 1;
         if worst > 1e-10 {
