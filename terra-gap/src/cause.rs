@@ -60,7 +60,7 @@ pub(crate) struct Ranking {
 
 /// Nats within which other soil and an effect of the ground stand for each other against a foreign wheel law. In 8 of 110
 /// mock contrasts (seed 12011) one of them was the only name and wrong; the other was within 20 nats in five of these, and in
-/// six of the 26 in which the name was right.
+/// six of the 27 in which the name was right.
 const STAND_IN: f64 = 20.0;
 /// Prior of a pair relative to a single.
 const PAIR_PRIOR: f64 = 0.1;

@@ -89,8 +89,8 @@ pub(crate) fn confirm_pairs<P: Predictor>(
     previous: Option<Before<'_>>,
     anew: &mut Vec<String>,
 ) -> Vec<Weighed> {
-    // Against another simulator's log the wheel law's form is off, and a second formula of the ground would only mend that:
-    // of 36 mock contrasts with one physical cause, half were explained by that cause and another one.
+    // Against another simulator's log the wheel law's form is off, and a second cause beside an effect of the ground would only
+    // mend that: 14 of 38 mock contrasts (seed 12011) with one physical cause were explained by it and another one.
     let may_pair = |e: &dyn AnyEffect| !contrast || is_instrument(e);
     let mut seeds: Vec<(usize, &Weighed)> = singles
         .iter()
