@@ -226,6 +226,8 @@ pub(crate) fn by_name(name: &str, registered: &[&'static str]) -> Result<Compose
         let pressure = of(&is_pressure).unwrap_or(wheel.default_pressure().name());
         let shear = of(&is_shear).unwrap_or(ShearKind::JanosiHanamoto.name());
         let meant = format!("{}:{pressure}:{shear}", wheel.name());
+        // What was meant may be refused in turn; then the reason is the answer.
+        by_name(&meant, registered)?;
         return Err(combination(format!(
             "the pressure law comes before the shear law: {meant}"
         )));

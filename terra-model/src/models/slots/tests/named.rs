@@ -104,6 +104,11 @@ fn names_by_slot() {
         assert!(reason.ends_with(meant), "{reason}");
         assert!(registry.model(meant).is_ok());
     }
+    // Where even that is refused, the answer is why.
+    let Err(ModelError::Combination { reason, .. }) = name("linear-stress:muskeg") else {
+        panic!("linear-stress:muskeg")
+    };
+    assert!(reason.contains("closed form"), "{reason}");
     assert!(Registry::empty().model("wong-reece:reece").is_err());
     // Presets alone are listed.
     assert!(registry.models().iter().all(|m| !m.name().contains(':')));
