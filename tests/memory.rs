@@ -1,4 +1,5 @@
-//! A drive log of any length is read, inspected and run through the force filter in memory that does not grow with it.
+//! A drive log of any length is read, inspected, run through the force filter and cut into a diagnosis' windows in memory
+//! that does not grow with it.
 //!
 //! The log is made while it is read, so that nothing of it lies anywhere; every byte that the library asks for is counted.
 #![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout)]
@@ -9,6 +10,7 @@ use peak_alloc::PeakAlloc;
 use terra::data::{DriveInspector, DriveReader, Rover, parse_rover};
 use terra::ekf::spaces::longitudinal_robot::LongitudinalRobot;
 use terra::ekf::{FirstPass, ForceConfig, RobotRow};
+use terra::gap::{DriveWindows, Settings};
 
 #[global_allocator]
 static HEAP: PeakAlloc = PeakAlloc;
@@ -78,7 +80,9 @@ fn rover() -> Rover {
     let text = "[vehicle]\nmass_kg = 100.0\nyaw_inertia_kg_m2 = 10.0\ntrack_m = 0.6\nwheelbase_m = 0.6\n\
         cg_to_front_axle_m = 0.3\ncg_height_m = 0.22\nyaw_damping_N_m_s = 8.0\n\
         [wheel]\nradius_m = 0.254\nwidth_m = 0.15\ninertia_kg_m2 = 0.25\ndamping_N_m_s = 0.1\n\
-        [terrain]\nmodel = \"wong-reece\"\n";
+        [terrain]\nmodel = \"wong-reece\"\n\
+        [noise]\nwheel_speed_rad_s = 0.02\nwheel_torque_N_m = 0.5\nground_speed_m_s = 0.03\nyaw_rate_rad_s = 0.01\n\
+        accel_x_m_s2 = 0.15\n";
     parse_rover(text, "rover.toml").unwrap()
 }
 
@@ -153,6 +157,18 @@ fn inspect(rows: usize) {
     );
 }
 
+fn windows(rows: usize) {
+    let rover = rover();
+    let mut reader = DriveReader::from_reader(Drive::new(rows), "drive.csv", &rover).unwrap();
+    let mut windows = DriveWindows::new(&rover, Settings::WINDOWS).unwrap();
+    while let Some(block) = reader.next_block(500).unwrap() {
+        windows.push(&block.log).unwrap();
+    }
+    windows.finish().unwrap();
+    let most = Settings::WINDOWS;
+    assert!((most / 2..=most).contains(&windows.kept()));
+}
+
 /// The most bytes held at once while something is done, above what is held before.
 fn peak(what: impl FnOnce()) -> usize {
     HEAP.reset_peak_usage();
@@ -187,5 +203,13 @@ fn memory_does_not_grow_with_the_log() {
     let (a, b) = (peak(|| inspect(short)), peak(|| inspect(long)));
     println!("inspect: {a} B for {short} rows, {b} B for {long}");
     assert!(b < 16 * MIB, "{b} B for a log of {bytes} B");
+    assert!(b < a + a / 10, "{a} B for {short} rows, {b} B for {long}");
+    // Twice the windows that are kept, at least.
+    let (short, long) = (30_000, 300_000);
+    let bytes = length(long);
+    assert!(bytes > 50 * MIB, "{bytes}");
+    let (a, b) = (peak(|| windows(short)), peak(|| windows(long)));
+    println!("windows: {a} B for {short} rows, {b} B for {long}");
+    assert!(b < 4 * MIB, "{b} B for a log of {bytes} B");
     assert!(b < a + a / 10, "{a} B for {short} rows, {b} B for {long}");
 }

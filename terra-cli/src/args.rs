@@ -666,6 +666,9 @@ pub(crate) struct GapArgs {
     /// Most effects combined (1 or 2).
     #[arg(long, default_value_t = 2, value_parser = clap::value_parser!(u8).range(1..=2))]
     pub(crate) combine: u8,
+    /// Most windows of a drive that are used. Where there are more, every kind of motion stays and frequent ones are thinned.
+    #[arg(long, value_name = "N", default_value_t = terra_gap::Settings::WINDOWS as u32, value_parser = clap::value_parser!(u32).range(16..))]
+    pub(crate) windows: u32,
     /// Mock cases of this log's own design, with known causes, from which probabilities and thresholds are learned; 0 takes
     /// those that ship. 100 is a good number, and costs a hundred diagnoses.
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=100_000))]
@@ -674,7 +677,7 @@ pub(crate) struct GapArgs {
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
     /// Watch one long drive instead: learn the soil from its beginning, then say when and where a gap opens.
-    #[arg(long, conflicts_with_all = ["sim", "hold_out", "calibrate", "combine", "soil", "seed", "html", "figures"])]
+    #[arg(long, conflicts_with_all = ["sim", "hold_out", "calibrate", "combine", "soil", "seed", "windows", "html", "figures"])]
     pub(crate) watch: bool,
     /// What the watch learns the soil from: so many seconds from the log's beginning, or a manoeuvre by its name.
     #[arg(

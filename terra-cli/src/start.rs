@@ -41,6 +41,9 @@ pub(crate) fn complete(
     let options = IdentifyOptions {
         join: true,
         refine: false,
+        // What is wrong with vehicle or sensors is what the diagnosis itself is to find.
+        check: false,
+        explain: false,
         ..IdentifyOptions::default()
     };
     let mut why = "no hypothesis explains the log".to_owned();

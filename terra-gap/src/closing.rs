@@ -33,7 +33,7 @@ pub fn closing_drive(
     by: HoldOut,
 ) -> Result<Option<f64>, GapError> {
     let setup = setup(registry, rover, LogKind::Drive, &[])?;
-    let noisy = drive::from_log(log, rover)?;
+    let noisy = drive::from_log(log, rover, Settings::WINDOWS)?;
     let clean = drive::all_windows(clean, rover)?;
     closing(noisy, clean, &setup, effects, by)
 }

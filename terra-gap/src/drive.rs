@@ -13,11 +13,17 @@
 //! drift. A wheel x ahead of the centre then has the slip angle atan(x r/|v|).
 
 mod abreast;
+mod choice;
 mod read;
+mod stream;
 mod window;
 
+pub use read::DriveWindows;
 pub(crate) use read::{all_windows, from_log, from_logs};
-pub(crate) use window::{BENT, Line, Reader, SERIES, Taken, bends, channels, is_full, line, usual};
+pub(crate) use stream::{Slot, Stream};
+pub(crate) use window::{
+    BENT, Line, Reader, SERIES, Taken, bends, channels, line, short_scatter, usual,
+};
 
 use terra_model::{
     BodyLoads, Channel, Contact, Law, ModelError, Motion, Root, Scalar, Vehicle, library_slip,

@@ -64,6 +64,7 @@ pub use closing::{closing_drive, closing_rig};
 pub use contrast::Baseline;
 pub use dataset::{ChannelInfo, DataSet, Factors, Observation};
 pub use diagnose::{Diagnosis, Waterfall};
+pub use drive::DriveWindows;
 pub use error::GapError;
 pub use holdout::{HeldOut, HoldOut, Interval};
 pub use hypothesis::Hypothesis;
@@ -76,7 +77,7 @@ pub use next::Experiment;
 pub use rig::RigPredictor;
 pub use run::{
     diagnose_drive, diagnose_drive_against, diagnose_drives, diagnose_drives_against, diagnose_rig,
-    diagnose_rig_against, diagnose_rigs, diagnose_rigs_against,
+    diagnose_rig_against, diagnose_rigs, diagnose_rigs_against, diagnose_windows,
 };
 pub use settings::{LogKind, Settings};
 pub use setup::{ADEQUATE, LOOK_ALIKE, Screened};

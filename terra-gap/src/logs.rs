@@ -83,6 +83,15 @@ impl<'a, L> Logs<'a, L> {
             .map(|(prefix, log)| (prefix.as_str(), *log))
     }
 
+    /// The same logs in another shape, given in the order of [`iter`](Self::iter).
+    pub(crate) fn replaced_by<'b, M>(&self, each: &'b [M]) -> Logs<'b, M> {
+        let names = self.each.iter().map(|(prefix, _)| prefix.clone());
+        Logs {
+            each: names.zip(each).collect(),
+            joined: self.joined.clone(),
+        }
+    }
+
     /// What is said of them; none of one log.
     pub(crate) fn joined(&self) -> Option<JoinedLogs> {
         self.joined.clone()

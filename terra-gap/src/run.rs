@@ -8,13 +8,14 @@ use terra_model::{Law, Registry};
 use crate::contrast::against;
 use crate::dataset::{DataSet, Predictor};
 use crate::diagnose::{Diagnosis, diagnose};
+use crate::drive::{self, DriveWindows};
 use crate::error::GapError;
 use crate::kinematic::diagnose_logs;
 use crate::logs::{Logs, Named};
+use crate::rig;
 use crate::settings::{LogKind, Settings};
 use crate::setup::{Rival, Setup};
 use crate::soil_space::SoilSpace;
-use crate::{drive, rig};
 
 /// Diagnoses a rig log. Returns the predictor too, for curves.
 ///
@@ -138,6 +139,22 @@ pub fn diagnose_drives_against(
     drive_logs(&logs, Some((sim, same_soil)), rover, registry, settings)
 }
 
+/// Diagnoses drive logs of any length by the windows kept of each, alone or against an outside simulator's, which comes
+/// with whether it was given this very soil. At least one must hold torques.
+///
+/// # Errors
+/// As [`diagnose_drives`] and [`diagnose_drive_against`]; no log with torques.
+pub fn diagnose_windows(
+    logs: &[Named<'_, DriveWindows>],
+    sim: Option<(&DriveWindows, bool)>,
+    rover: &Rover,
+    registry: &Registry,
+    settings: &Settings,
+) -> Result<Diagnosis, GapError> {
+    let logs = Logs::new(logs, settings.soil)?;
+    drive_windows(&logs, sim, rover, registry, settings)
+}
+
 fn rig_logs(
     logs: &Logs<'_, RigLog>,
     sim: Option<(&RigLog, bool)>,
@@ -157,6 +174,7 @@ fn rig_logs(
     Ok((diagnosis, predictor))
 }
 
+/// A drive in memory: its windows where some log has torques, else its motion alone.
 fn drive_logs(
     logs: &Logs<'_, DriveLog>,
     sim: Option<(&DriveLog, bool)>,
@@ -165,22 +183,43 @@ fn drive_logs(
     settings: &Settings,
 ) -> Result<Diagnosis, GapError> {
     let forces = logs.iter().any(|(_, log)| log.wheel_torque.is_some());
-    if sim.is_some_and(|(sim, _)| !forces || sim.wheel_torque.is_none()) {
+    if !forces && sim.is_none() {
+        return diagnose_logs(logs, rover, registry, settings);
+    }
+    let most = settings.windows;
+    let windows: Vec<DriveWindows> = logs
+        .iter()
+        .map(|(_, log)| DriveWindows::of(log, rover, most))
+        .collect::<Result<_, _>>()?;
+    let sim = match sim {
+        None => None,
+        Some((sim, same_soil)) => Some((DriveWindows::of(sim, rover, most)?, same_soil)),
+    };
+    let sim = sim.as_ref().map(|(sim, same_soil)| (sim, *same_soil));
+    drive_windows(&logs.replaced_by(&windows), sim, rover, registry, settings)
+}
+
+fn drive_windows(
+    logs: &Logs<'_, DriveWindows>,
+    sim: Option<(&DriveWindows, bool)>,
+    rover: &Rover,
+    registry: &Registry,
+    settings: &Settings,
+) -> Result<Diagnosis, GapError> {
+    let forces = logs.iter().any(|(_, log)| log.has_torques());
+    if sim.is_some_and(|(sim, _)| !forces || !sim.has_torques()) {
         return Err(GapError::Mismatch(
             "a simulator can be compared only where both logs hold torques".to_owned(),
         ));
     }
-    if !forces {
-        return diagnose_logs(logs, rover, registry, settings);
-    }
-    let read = drive::from_logs(logs, rover)?;
+    let read = |logs: &Logs<'_, DriveWindows>| drive::from_logs(logs, rover, settings.windows);
     let sim = match sim {
         None => None,
-        Some((sim, same_soil)) => Some((drive::from_log(sim, rover)?, same_soil)),
+        Some((sim, same_soil)) => Some((read(&Logs::one(sim))?, same_soil)),
     };
-    let labels = logs.labels();
-    let kind = LogKind::Drive;
-    let (mut diagnosis, _) = with_baseline(read, sim, kind, labels, rover, registry, settings)?;
+    let (labels, kind) = (logs.labels(), LogKind::Drive);
+    let (mut diagnosis, _) =
+        with_baseline(read(logs)?, sim, kind, labels, rover, registry, settings)?;
     diagnosis.logs = logs.joined();
     Ok(diagnosis)
 }

@@ -30,11 +30,17 @@ pub struct Settings {
     pub seed: u64,
     /// Whether several logs share one soil or have one each.
     pub soil: SoilSharing,
+    /// Most windows of a drive that are used; where there are more, every kind of motion stays and frequent ones are
+    /// thinned. The frozen calibrations were made on some two hundred.
+    pub windows: usize,
     /// Window, slip range, priors.
     pub gap: GapSettings,
 }
 
 impl Settings {
+    /// [`windows`](Self::windows) where nothing else is said.
+    pub const WINDOWS: usize = 512;
+
     /// The settings of a rover file.
     pub fn of(rover: &Rover) -> Self {
         Settings {
@@ -44,6 +50,7 @@ impl Settings {
             calibrate: 0,
             seed: 0,
             soil: SoilSharing::Shared,
+            windows: Self::WINDOWS,
             gap: rover.gap,
         }
     }

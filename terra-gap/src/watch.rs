@@ -13,7 +13,6 @@ mod baseline;
 mod event;
 mod json;
 mod monitor;
-mod stream;
 mod threshold;
 mod window;
 
@@ -26,11 +25,10 @@ pub use event::{Hint, Instant, WatchEvent};
 pub use json::watch_json;
 pub use monitor::{Look, WatchStep};
 
-use crate::drive::{BENT, bends};
+use crate::drive::{BENT, Slot, Stream, bends};
 use crate::error::GapError;
 use baseline::{Learned, learn};
 use monitor::Monitor;
-use stream::{Slot, Stream};
 
 /// Windows that scores are summed over.
 pub(crate) const SPANS: [usize; 3] = [5, 20, 80];

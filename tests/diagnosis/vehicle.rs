@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use terra::data::{Rover, Start, read_rover};
-use terra::gap::{Settings, diagnose_drive};
+use terra::gap::{Diagnosis, Settings, diagnose_drive};
 use terra::model::Registry;
 use terra::sim::{EffectSetting, Scenario, simulate_drive};
 
@@ -39,6 +39,41 @@ fn a_torque_sensor_that_is_off_is_named() {
     // The predictor and the simulator share nothing: what is left is noise.
     let after = d.waterfall.after.unwrap();
     assert!((0.8..1.2).contains(&after), "{after}");
+}
+
+/// A log of more windows than are wanted: each is used or counted, the cause stays and its size is the same within four sd.
+#[test]
+fn a_thinned_log_names_the_same_cause() {
+    let (rover, registry, scenario) = example();
+    let log = simulate_drive(&scenario, &rover, &registry).unwrap().log;
+    let with = |windows| {
+        let settings = Settings {
+            windows,
+            ..Settings::of(&rover)
+        };
+        diagnose_drive(&log, &rover, &registry, &settings).unwrap()
+    };
+    let (all, some) = (with(usize::MAX), with(60));
+    let count = |d: &Diagnosis| d.data.observations.len();
+    assert!(
+        count(&some) <= 60 && count(&all) > 100,
+        "{} of {}",
+        count(&some),
+        count(&all)
+    );
+    let used_or_counted = |d: &Diagnosis| count(d) + d.data.dropped.values().sum::<usize>();
+    assert_eq!(used_or_counted(&some), used_or_counted(&all));
+    let size = |d: &Diagnosis| {
+        let first = &d.causes[0];
+        assert_eq!(first.name, "torque-scale", "{:?}", d.set);
+        let k = first.weighed.hypothesis.soil_len();
+        (
+            first.weighed.fit.x[k],
+            first.weighed.posterior.covariance[(k, k)].sqrt(),
+        )
+    };
+    let ((a, _), (b, sd)) = (size(&all), size(&some));
+    assert!((a - b).abs() < 4.0 * sd, "{a} {b} ± {sd}");
 }
 
 /// Air resistance in a headwind, which the library's formula has no place for: the cause is named all the same, and no second

@@ -28,6 +28,7 @@ pub(crate) fn run(args: &GapArgs, quiet: bool) -> Result<(), CliError> {
         settings.combine = args.combine.into();
         settings.calibrate = args.calibrate as usize;
         settings.seed = args.seed;
+        settings.windows = args.windows as usize;
         settings.effects = args.effects();
         settings.hold_out = hold_out(args.hold_out, kind)?;
         settings.soil = match args.soil {

@@ -4,13 +4,13 @@ use std::path::{Path, PathBuf};
 
 use terra_data::{DriveLog, LogKind, RigLog, Rover, hypothesis_terrains};
 use terra_gap::{
-    Diagnosis, Named, Provenance, Settings, diagnose_drives, diagnose_drives_against,
-    diagnose_rigs, diagnose_rigs_against,
+    Diagnosis, DriveWindows, Named, Provenance, Settings, diagnose_drives, diagnose_rigs,
+    diagnose_rigs_against, diagnose_windows,
 };
 use terra_model::Registry;
 
 use crate::error::CliError;
-use crate::input::{LogFile, rover, sha256};
+use crate::input::{BLOCK, LogFile, rover, sha256};
 use crate::report::GapCurves;
 use crate::start::{Log, Prior, complete};
 
@@ -105,6 +105,7 @@ pub(crate) fn diagnose(
             "give the simulator's log of the same manoeuvres or trials",
         ));
     }
+    let mut cut = false;
     let (prior, mut diagnosis, curves) = match kind {
         LogKind::Rig => {
             let logs: Vec<RigLog> = case
@@ -127,40 +128,52 @@ pub(crate) fn diagnose(
             (prior, d, Some(curves))
         }
         LogKind::Drive => {
-            let logs: Vec<DriveLog> = case
-                .logs
-                .iter()
-                .map(|l| l.file.drive(&rover))
-                .collect::<Result<_, _>>()?;
-            // A log without torques tells of motion alone: no soil is asked, none is needed.
-            let each: Vec<Log<'_>> = logs
-                .iter()
-                .filter(|log| log.wheel_torque.is_some())
-                .map(Log::Drive)
-                .collect();
-            let prior = if each.is_empty() {
-                Prior::Given
-            } else {
-                complete(&mut rover, &each, registry, &terrains).map_err(in_files)?
-            };
-            let named = named(&names, &logs);
-            let d = match &sim {
-                Some(sim) => {
-                    let sim = sim.drive(&rover)?;
-                    diagnose_drives_against(&sim, &named, &rover, registry, &settings, same_soil)
+            let (prior, d) = match (torques(&case.logs, &rover)?, &sim) {
+                // Without torques a log tells of motion alone: no soil is asked, none is needed.
+                (with, None) if with.is_empty() => {
+                    let logs = whole(&case.logs, &rover)?;
+                    let named = named(&names, &logs);
+                    let d = diagnose_drives(&named, &rover, registry, &settings);
+                    (Prior::Given, d)
                 }
-                None => diagnose_drives(&named, &rover, registry, &settings),
-            }
-            .map_err(|e| in_files(e.into()))?;
-            (prior, d, None)
+                (with, sim) => {
+                    let prior = if rover.terrain.start.is_some() {
+                        Prior::Given
+                    } else {
+                        let logs = beginnings(&with, &rover)?;
+                        cut = logs.iter().any(|log| log.len() == PRIOR_ROWS);
+                        let each: Vec<Log<'_>> = logs.iter().map(Log::Drive).collect();
+                        complete(&mut rover, &each, registry, &terrains).map_err(in_files)?
+                    };
+                    let most = settings.windows;
+                    let windows = |file: &LogFile<'_>| windows(file, &rover, most);
+                    let logs: Vec<DriveWindows> = case
+                        .logs
+                        .iter()
+                        .map(|l| windows(&l.file))
+                        .collect::<Result<_, _>>()
+                        .map_err(in_files)?;
+                    let sim = sim.as_ref().map(windows).transpose().map_err(in_files)?;
+                    let sim = sim.as_ref().map(|sim| (sim, same_soil));
+                    let named = named(&names, &logs);
+                    let d = diagnose_windows(&named, sim, &rover, registry, &settings);
+                    (prior, d)
+                }
+            };
+            (prior, d.map_err(|e| in_files(e.into()))?, None)
         }
     };
     let mut said = String::new();
     match prior {
         Prior::Given => {}
         Prior::Identified(id) => {
+            let part = if cut {
+                format!("the first {PRIOR_ROWS} rows of ")
+            } else {
+                String::new()
+            };
             said = format!(
-                "prior soil: {id}, the winner of {} on {}\n",
+                "prior soil: {id}, the winner of {} on {part}{}\n",
                 rover.terrain.hypotheses,
                 if paths.len() > 1 {
                     "these logs"
@@ -200,6 +213,47 @@ pub(crate) fn diagnose(
         said,
         curves,
     })
+}
+
+/// The drive logs that hold torques, by their first row.
+fn torques<'c, 'a>(
+    logs: &'c [CaseLog<'a>],
+    rover: &Rover,
+) -> Result<Vec<&'c CaseLog<'a>>, CliError> {
+    let mut with = vec![];
+    for log in logs {
+        let first = log.file.drive_blocks(rover)?.next_block(1)?;
+        if first.is_some_and(|block| block.log.wheel_torque.is_some()) {
+            with.push(log);
+        }
+    }
+    Ok(with)
+}
+
+fn whole(logs: &[CaseLog<'_>], rover: &Rover) -> Result<Vec<DriveLog>, CliError> {
+    logs.iter().map(|log| Ok(log.file.drive(rover)?)).collect()
+}
+
+/// Rows of a drive log that a prior soil is sought on: it is where a diagnosis begins, not what it finds.
+const PRIOR_ROWS: usize = 20_000;
+
+fn beginnings(logs: &[&CaseLog<'_>], rover: &Rover) -> Result<Vec<DriveLog>, CliError> {
+    let beginning = |log: &&CaseLog<'_>| {
+        let first = log.file.drive_blocks(rover)?.next_block(PRIOR_ROWS)?;
+        Ok(first.unwrap_or_default().log)
+    };
+    logs.iter().map(beginning).collect()
+}
+
+/// What is kept of a drive log, which may be longer than memory.
+fn windows(file: &LogFile<'_>, rover: &Rover, most: usize) -> Result<DriveWindows, CliError> {
+    let mut windows = DriveWindows::new(rover, most)?;
+    let mut blocks = file.drive_blocks(rover)?;
+    while let Some(block) = blocks.next_block(BLOCK)? {
+        windows.push(&block.log)?;
+    }
+    windows.finish()?;
+    Ok(windows)
 }
 
 /// What the logs are of; they must be of the same.

@@ -3,12 +3,13 @@
 //! Side sums can be fooled: a wrong torque constant hides in the forces a filter estimates, a stuck speed in the slip, and
 //! some soil always comes near. The vehicle itself cannot: with the named soils under its wheels it must move as logged.
 //! One vehicle filter is run over the log and its innovations are tested in every window of 50 samples; when they are too
-//! large, systematic errors are weighed together with every soil and offered by name.
+//! large, systematic errors are weighed together with every soil and offered by name. In a long log they are weighed on the
+//! stretch that the winners explain least: some two thousand vehicle filters are run for them.
 
 use rayon::prelude::*;
 use terra_mme::{
-    AlarmRule, EstimatorError, Hypothesis, HypothesisSet, InnovationBank, OFFERED_GAIN, SYSTEMATIC,
-    SoilMaps, SystematicCandidate, systematic,
+    AlarmRule, EstimatorError, Hypothesis, HypothesisSet, InnovationBank, MotionSample,
+    OFFERED_GAIN, SYSTEMATIC, SoilMaps, SystematicCandidate, systematic,
 };
 use terra_model::Registry;
 
@@ -64,6 +65,7 @@ pub(super) fn raise(
     if !explain || !groups.iter().any(|g| g.consistency.alarm) {
         return Ok(());
     }
+    let stretch = least_explained(&maps, motion, soils, rule)?;
     let effects = SYSTEMATIC
         .iter()
         .map(|name| registry.effect(name))
@@ -72,7 +74,7 @@ pub(super) fn raise(
         .par_iter()
         .map(|effect| {
             let one = std::slice::from_ref(effect);
-            systematic(&motion.maps, &motion.plant, one, &motion.samples, rule)
+            systematic(&motion.maps, &motion.plant, one, stretch, rule)
         })
         .collect::<Result<_, EstimatorError>>()?;
     let mut offered: Vec<SystematicCandidate> = candidates
@@ -83,10 +85,43 @@ pub(super) fn raise(
     offered.sort_by(|a, b| b.log_evidence_gain.total_cmp(&a.log_evidence_gain));
     for g in groups.iter_mut().filter(|g| g.consistency.alarm) {
         let reason = g.consistency.reason.take().unwrap_or_default();
-        g.consistency.reason = Some(format!("{reason}; {}", sentence(&offered)));
+        let told = sentence(&offered);
+        g.consistency.reason = Some(match (stretch.first(), stretch.last()) {
+            (Some(a), Some(b)) if stretch.len() < motion.samples.len() => {
+                let (from, to) = (short(a.time), short(b.time));
+                format!("{reason}; from {from} to {to} s: {told}")
+            }
+            _ => format!("{reason}; {told}"),
+        });
         g.candidates.clone_from(&offered);
     }
     Ok(())
+}
+
+/// Samples that systematic errors are weighed on.
+const STRETCH: usize = 400;
+
+/// The piece of the log in which the soils under left and right wheels leave a window the least explained; a short log whole.
+fn least_explained<'m>(
+    maps: &SoilMaps,
+    motion: &'m Motion,
+    soils: [usize; 2],
+    rule: AlarmRule,
+) -> Result<&'m [MotionSample], CliError> {
+    // Pieces of about equal length, so that none is too short to tell.
+    let n = motion.samples.len();
+    let pieces = n.div_ceil(STRETCH).max(1);
+    let worst = motion
+        .samples
+        .par_chunks(n.div_ceil(pieces).max(1))
+        .map(|piece| {
+            let seen = InnovationBank::check(maps, &motion.plant, soils, piece, rule)?;
+            Ok((seen.worst_nis_per_dof.unwrap_or(0.0), piece))
+        })
+        .collect::<Result<Vec<_>, EstimatorError>>()?
+        .into_iter()
+        .reduce(|a, b| if b.0 > a.0 { b } else { a });
+    Ok(worst.map_or(&[], |(_, piece)| piece))
 }
 
 /// The candidates in words.

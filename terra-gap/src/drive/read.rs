@@ -1,37 +1,124 @@
-//! From a drive log to windows with their noise.
+//! From drive logs to windows with their noise.
+
+use std::collections::BTreeMap;
 
 use terra_data::{DriveLog, Rover};
 
 use super::DrivePredictor;
-use super::window::{BENT, Reader, bends, channels, is_full, usual};
+use super::choice::{ALIKE, Choice};
+use super::stream::Stream;
+use super::window::{BENT, Sensors, Taken, bends, channels, short_scatter, usual};
 use crate::dataset::DataSet;
 use crate::error::GapError;
 use crate::logs::Logs;
 
-/// Turns drive logs into windows and their predictor.
+/// What a diagnosis keeps of one drive log: windows of motion, however long the log.
 ///
-/// # Errors
-/// A rover file without vehicle, or without the noise of a used channel.
+/// Pieces of the log go in one after the other; what is kept is a bounded number of windows and the rows of an unfinished
+/// one. Where there are more windows than that, every kind of motion stays and the frequent kinds are thinned evenly.
+#[derive(Clone, Debug)]
+pub struct DriveWindows {
+    stream: Stream,
+    choice: Choice,
+    rows: usize,
+    torques: bool,
+    ground_speed: bool,
+}
+
+impl DriveWindows {
+    /// At most `most` windows ([`Settings::windows`](crate::Settings::windows)) of a log of this vehicle.
+    ///
+    /// # Errors
+    /// A rover file without vehicle.
+    pub fn new(rover: &Rover, most: usize) -> Result<Self, GapError> {
+        let stream = Stream::new(rover)?;
+        let track = stream.reader.vehicle.track;
+        Ok(DriveWindows {
+            stream,
+            choice: Choice::new(most, track),
+            rows: 0,
+            torques: false,
+            ground_speed: false,
+        })
+    }
+
+    /// The next piece of the log, whose first segment goes on with the last one where it has its name and time increases.
+    ///
+    /// # Errors
+    /// A used channel without noise level.
+    pub fn push(&mut self, piece: &DriveLog) -> Result<(), GapError> {
+        self.take(piece, false)
+    }
+
+    /// The end of the log, which ends its last window too.
+    ///
+    /// # Errors
+    /// As [`push`](Self::push).
+    pub fn finish(&mut self) -> Result<(), GapError> {
+        self.take(&DriveLog::default(), true)
+    }
+
+    /// Those of a log in memory.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new) and [`push`](Self::push).
+    pub fn of(log: &DriveLog, rover: &Rover, most: usize) -> Result<Self, GapError> {
+        let mut windows = Self::new(rover, most)?;
+        windows.take(log, true)?;
+        Ok(windows)
+    }
+
+    /// Whether the log holds wheel torques. Without them it tells of motion alone
+    /// ([`diagnose_kinematic`](crate::diagnose_kinematic)), and these windows are of no use.
+    pub fn has_torques(&self) -> bool {
+        self.torques
+    }
+
+    /// How many windows are kept.
+    pub fn kept(&self) -> usize {
+        self.choice.len()
+    }
+
+    fn take(&mut self, piece: &DriveLog, last: bool) -> Result<(), GapError> {
+        self.rows += piece.len();
+        self.torques |= piece.wheel_torque.is_some();
+        self.ground_speed |= piece.ground_speed.is_some();
+        if !self.ground_speed {
+            return Ok(());
+        }
+        for slot in self.stream.push(piece, last)? {
+            if let Some(taken) = slot.taken {
+                self.choice.offer(taken);
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Turns the windows of drive logs into a data set of at most `most` of them, and their predictor.
 pub(crate) fn from_logs(
-    logs: &Logs<'_, DriveLog>,
+    logs: &Logs<'_, DriveWindows>,
     rover: &Rover,
+    most: usize,
 ) -> Result<(DataSet, DrivePredictor), GapError> {
-    let (data, predictor, bent) = windows(logs, rover)?;
+    let (data, predictor, bent) = joined(logs, rover, most)?;
     Ok((without(data, &bent), predictor))
 }
 
 /// The same of one log.
 ///
 /// # Errors
-/// As there.
+/// A rover file without vehicle, or without the noise of a used channel.
 pub(crate) fn from_log(
     log: &DriveLog,
     rover: &Rover,
+    most: usize,
 ) -> Result<(DataSet, DrivePredictor), GapError> {
-    from_logs(&Logs::one(log), rover)
+    let windows = DriveWindows::of(log, rover, most)?;
+    from_logs(&Logs::one(&windows), rover, most)
 }
 
-/// The same, those with a step or an outlier inside too.
+/// The same, all of them, those with a step or an outlier inside too.
 ///
 /// # Errors
 /// As there.
@@ -39,7 +126,8 @@ pub(crate) fn all_windows(
     log: &DriveLog,
     rover: &Rover,
 ) -> Result<(DataSet, DrivePredictor), GapError> {
-    windows(&Logs::one(log), rover).map(|(data, predictor, _)| (data, predictor))
+    let windows = DriveWindows::of(log, rover, usize::MAX)?;
+    joined(&Logs::one(&windows), rover, usize::MAX).map(|(data, predictor, _)| (data, predictor))
 }
 
 /// Leaves out, and counts, the bent windows.
@@ -55,63 +143,67 @@ fn without(mut data: DataSet, bent: &[bool]) -> DataSet {
 }
 
 /// All windows, and which of them are bent: a step or an outlier inside.
-fn windows(
-    logs: &Logs<'_, DriveLog>,
+fn joined(
+    logs: &Logs<'_, DriveWindows>,
     rover: &Rover,
+    most: usize,
 ) -> Result<(DataSet, DrivePredictor, Vec<bool>), GapError> {
-    let mut reader = Reader::new(rover)?;
-    let has = |log: &DriveLog| log.ground_speed.is_some();
-    let torque = logs.iter().any(|(_, log)| log.wheel_torque.is_some());
-    let useful = torque && logs.iter().any(|(_, log)| has(log));
-    for (_, log) in logs.iter() {
-        if useful && has(log) {
-            reader.needs_noise_of(log)?;
+    let vehicle = DriveWindows::new(rover, most)?.stream.reader.vehicle;
+    let torques = logs.iter().any(|(_, log)| log.torques);
+    let useful = torques && logs.iter().any(|(_, log)| log.ground_speed);
+    let mut dropped: BTreeMap<String, usize> = BTreeMap::new();
+    let mut leave_out = |reason: &str, n: usize| {
+        if n > 0 {
+            *dropped.entry(reason.to_owned()).or_default() += n;
         }
-    }
+    };
+    let mut sensors = Sensors::default();
+    let mut choice = Choice::new(most, vehicle.track);
     for (number, (prefix, log)) in logs.iter().enumerate() {
-        if !useful || !has(log) {
+        if !useful || !log.ground_speed {
             let reason =
                 "no ground speed, or neither wheel torques nor motor currents with [drivetrain]";
-            *reader.dropped.entry(reason.to_owned()).or_default() += log.len();
+            leave_out(reason, log.rows);
             continue;
         }
-        reader.begin_log(number, prefix);
-        for segment in &log.segments {
-            reader.begin_segment(log, &segment.name, segment.rows.start);
-            let mut start = segment.rows.start;
-            while start < segment.rows.end {
-                let t0 = log.time[start];
-                let mut end = start;
-                while end < segment.rows.end && !is_full(t0, log.time[end], rover) {
-                    end += 1;
-                }
-                reader.window(log, start..end);
-                start = end;
+        sensors = sensors.or(log.stream.reader.sensors());
+        for (reason, n) in &log.stream.reader.dropped {
+            leave_out(reason, *n);
+        }
+        leave_out(ALIKE, log.choice.left_out());
+        for mut taken in log.choice.clone().into_windows() {
+            taken.window.log = number;
+            let o = &mut taken.observation;
+            for text in [&mut o.group, &mut o.place] {
+                text.insert_str(0, prefix);
             }
+            choice.offer(taken);
         }
     }
-    let vehicle = reader.vehicle;
-    if !useful {
-        let empty = DataSet {
-            channels: vec![],
-            observations: vec![],
-            dropped: reader.dropped,
-            notes: vec![],
-            short_scatter: vec![],
-        };
-        let predictor = DrivePredictor::new(vehicle, vec![], logs.soils());
-        return Ok((empty, predictor, vec![]));
+    leave_out(ALIKE, choice.left_out());
+    let chosen: Vec<Taken> = choice.into_windows().collect();
+    let scatters: Vec<_> = chosen.iter().map(|taken| taken.scatter).collect();
+    let usual = usual(&scatters);
+    let bent = scatters.iter().map(|s| bends(s, &usual)).collect();
+    let (windows, mut observations): (Vec<_>, Vec<_>) = chosen
+        .into_iter()
+        .map(|taken| (taken.window, taken.observation))
+        .unzip();
+    for (index, o) in observations.iter_mut().enumerate() {
+        o.index = index;
     }
-    let usual = usual(&reader.scatters);
-    let bent = reader.scatters.iter().map(|s| bends(s, &usual)).collect();
     let data = DataSet {
-        channels: channels(&vehicle),
-        short_scatter: reader.short_scatter(&usual),
-        observations: reader.observations,
-        dropped: reader.dropped,
+        channels: if useful { channels(&vehicle) } else { vec![] },
+        short_scatter: if useful {
+            short_scatter(&usual, &sensors, rover)
+        } else {
+            vec![]
+        },
+        observations,
+        dropped,
         notes: vec![],
     };
-    let predictor = DrivePredictor::new(vehicle, reader.windows, logs.soils());
+    let predictor = DrivePredictor::new(vehicle, windows, logs.soils());
     Ok((data, predictor, bent))
 }
 
@@ -178,7 +270,7 @@ mod tests {
                 name: "turn".to_owned(),
                 rows: 0..200,
             }];
-            from_log(&log, &parse_rover(ROVER, "rover.toml").unwrap())
+            from_log(&log, &parse_rover(ROVER, "rover.toml").unwrap(), usize::MAX)
         };
         let (data, _) = turn(0.4).unwrap();
         assert!(data.observations.len() > 5);
@@ -186,6 +278,50 @@ mod tests {
         match turn(0.2) {
             Ok((data, _)) => assert!(data.observations.is_empty(), "{:?}", data.dropped),
             Err(e) => assert!(e.to_string().contains("standstill"), "{e}"),
+        }
+    }
+
+    /// Pieces of seven rows, of a thousand, and the whole give the same windows.
+    #[test]
+    fn where_the_pieces_of_a_log_end_does_not_matter() {
+        let mut log = DriveLog::default();
+        let mut wheel = Series::default();
+        let (mut speed, mut torque) = (Series::default(), Series::default());
+        for k in 0..3000 {
+            log.time.push(0.01 * f64::from(k));
+            wheel.push(Some(2.0 + (0.003 * f64::from(k)).sin()));
+            speed.push((k % 50 != 3).then_some(0.4));
+            torque.push(Some(5.0 + 0.001 * f64::from(k)));
+        }
+        log.wheel_speed = std::array::from_fn(|_| wheel.clone());
+        log.wheel_torque = Some(std::array::from_fn(|_| torque.clone()));
+        log.ground_speed = Some(speed);
+        log.segments = [0..800, 800..810, 810..3000]
+            .into_iter()
+            .enumerate()
+            .map(|(k, rows)| Segment {
+                name: k.to_string(),
+                rows,
+            })
+            .collect();
+        let rover = parse_rover(ROVER, "rover.toml").unwrap();
+        let said = |windows: &DriveWindows| {
+            let (data, predictor) = from_logs(&Logs::one(windows), &rover, 40).unwrap();
+            format!("{data:?} {predictor:?}")
+        };
+        let whole = said(&DriveWindows::of(&log, &rover, 40).unwrap());
+        for rows in [7, 1000] {
+            let mut windows = DriveWindows::new(&rover, 40).unwrap();
+            for start in (0..3000).step_by(rows) {
+                windows
+                    .push(&crate::drive::stream::rows(
+                        &log,
+                        start..(start + rows).min(3000),
+                    ))
+                    .unwrap();
+            }
+            windows.finish().unwrap();
+            assert_eq!(said(&windows), whole);
         }
     }
 }

@@ -125,19 +125,31 @@ pub(crate) fn bends(scatter: &[f64; SERIES], usual: &[f64; SERIES]) -> bool {
 
 /// 1-sigma of each sensor, as far as it is used.
 #[derive(Clone, Copy, Debug, Default)]
-struct Sensors {
+pub(crate) struct Sensors {
     speed: f64,
     wheel: f64,
     torque: f64,
     yaw: f64,
-    accel: f64,
+    accel: Option<f64>,
 }
 
-/// A window that is used.
+impl Sensors {
+    /// Those of two logs of one vehicle: where a log lacks a sensor, the other's.
+    pub(crate) fn or(self, other: Sensors) -> Sensors {
+        Sensors {
+            speed: self.speed.max(other.speed),
+            wheel: self.wheel.max(other.wheel),
+            torque: self.torque.max(other.torque),
+            yaw: self.yaw.max(other.yaw),
+            accel: self.accel.or(other.accel),
+        }
+    }
+}
+
+/// A window that is used, of log 0 and without a number: its user gives it its place.
 #[derive(Clone, Debug)]
 pub(crate) struct Taken {
     pub(crate) window: Window,
-    /// Numbered 0; its user gives it its place.
     pub(crate) observation: Observation,
     /// Scatter around the line of every channel; NaN where it was not measured.
     pub(crate) scatter: [f64; SERIES],
@@ -157,17 +169,10 @@ pub(crate) struct Reader {
     rover: Rover,
     pub(crate) vehicle: Vehicle<f64>,
     sd: Sensors,
-    accel_logged: bool,
-    log: usize,
-    prefix: String,
     segment: String,
     /// True until a manoeuvre has had its first window.
     first: bool,
     path: f64,
-    pub(crate) windows: Vec<Window>,
-    pub(crate) observations: Vec<Observation>,
-    /// Scatter around the line of every channel, window by window; NaN where it was not measured.
-    pub(crate) scatters: Vec<[f64; SERIES]>,
     pub(crate) dropped: BTreeMap<String, usize>,
 }
 
@@ -182,15 +187,9 @@ impl Reader {
             rover: rover.clone(),
             vehicle,
             sd: Sensors::default(),
-            accel_logged: false,
-            log: 0,
-            prefix: String::new(),
             segment: String::new(),
             first: true,
             path: 0.0,
-            windows: vec![],
-            observations: vec![],
-            scatters: vec![],
             dropped: BTreeMap::new(),
         })
     }
@@ -218,36 +217,18 @@ impl Reader {
             self.sd.yaw = noise("yaw_rate_rad_s")?;
         }
         if log.accel_x.is_some() {
-            self.sd.accel = noise("accel_x_m_s2")?;
-            self.accel_logged = true;
+            self.sd.accel = Some(noise("accel_x_m_s2")?);
         }
         Ok(())
     }
 
-    /// Time, path and ruts of another log have nothing to do with those of the last.
-    pub(crate) fn begin_log(&mut self, number: usize, prefix: &str) {
-        self.log = number;
-        prefix.clone_into(&mut self.prefix);
-        self.path = 0.0;
-    }
-
     /// `row` is the segment's first.
     pub(crate) fn begin_segment(&mut self, log: &DriveLog, name: &str, row: usize) {
-        self.segment = format!("{}{name}", self.prefix);
+        name.clone_into(&mut self.segment);
         self.first = true;
         let speed = log.ground_speed.as_ref();
         if speed.is_some_and(|v| begins_anew(log, v, row, self.sd.speed, self.sd.wheel)) {
             self.path = 0.0;
-        }
-    }
-
-    /// Takes a window in, or counts why it is left out.
-    pub(crate) fn window(&mut self, log: &DriveLog, rows: Range<usize>) {
-        if let Some(mut taken) = self.one(log, rows) {
-            taken.observation.index = self.windows.len();
-            self.observations.push(taken.observation);
-            self.windows.push(taken.window);
-            self.scatters.push(taken.scatter);
         }
     }
 
@@ -307,7 +288,8 @@ impl Reader {
                 measured.push(TORQUE + q);
             }
         }
-        if let Some(l) = log.accel_x.as_ref().and_then(|a| over(a, sd_of.accel)) {
+        let accel = log.accel_x.as_ref().zip(sd_of.accel);
+        if let Some(l) = accel.and_then(|(a, sd)| over(a, sd)) {
             (raw[ACCEL], sd[ACCEL]) = (l.mean, l.mean_sd);
             scatter[4] = l.scatter;
             measured.push(ACCEL);
@@ -365,13 +347,13 @@ impl Reader {
             earlier_passes: (pass - 1.0).max(0.0),
             path: mean(&log.distance).unwrap_or(middle_path),
             time,
-            log: self.log,
+            log: 0,
         };
         let observation = Observation {
             index: 0,
             group: self.segment.clone(),
             condition: String::new(),
-            place: format!("{}t = {time:.2} s", self.prefix),
+            place: format!("t = {time:.2} s"),
             values: measured.iter().map(|&k| raw[k]).collect(),
             channels: measured,
             raw_sd: sd.to_vec(),
@@ -397,21 +379,27 @@ impl Reader {
         &self.segment
     }
 
-    /// Variance of a window's value by what scatters inside windows beyond the sensors' noise.
-    pub(crate) fn short_scatter(&self, usual: &[f64; SERIES]) -> Vec<Option<f64>> {
-        // White noise alone scatters by 1 in the mean; .963 is the median of chi2/n for the eighteen freedoms of twenty samples.
-        let beyond = |k: usize, sd: f64| {
-            let correlated = (CORRELATION / self.rover.gap.window).min(1.0);
-            Some((usual[k] / 0.963 - 1.0).max(0.0) * sd * sd * correlated)
-        };
-        let mut out = vec![None; VALUES];
-        for q in 0..4 {
-            out[TORQUE + q] = beyond(q, self.sd.torque);
-        }
-        out[ACCEL] = self
-            .accel_logged
-            .then(|| beyond(4, self.sd.accel))
-            .flatten();
-        out
+    /// 1-sigma of the sensors met so far.
+    pub(crate) fn sensors(&self) -> Sensors {
+        self.sd
     }
+}
+
+/// Variance of a window's value by what scatters inside windows beyond the sensors' noise.
+pub(crate) fn short_scatter(
+    usual: &[f64; SERIES],
+    sensors: &Sensors,
+    rover: &Rover,
+) -> Vec<Option<f64>> {
+    // White noise alone scatters by 1 in the mean; .963 is the median of chi2/n for the eighteen freedoms of twenty samples.
+    let beyond = |k: usize, sd: f64| {
+        let correlated = (CORRELATION / rover.gap.window).min(1.0);
+        (usual[k] / 0.963 - 1.0).max(0.0) * sd * sd * correlated
+    };
+    let mut out = vec![None; VALUES];
+    for q in 0..4 {
+        out[TORQUE + q] = Some(beyond(q, sensors.torque));
+    }
+    out[ACCEL] = sensors.accel.map(|sd| beyond(4, sd));
+    out
 }

@@ -9,13 +9,14 @@ use serde::Serialize;
 use terra_data::Rover;
 use terra_model::{AnyEffect, Registry};
 
-use super::stream::Slot;
 use super::threshold::Spending;
 use super::window::{Contribution, Nominal, Span};
 use super::{SPANS, WatchSettings};
 use crate::candidates::gate;
 use crate::dataset::DataSet;
-use crate::drive::{DrivePredictor, Reader, SERIES, Taken, bends, channels, usual};
+use crate::drive::{
+    DrivePredictor, Reader, SERIES, Slot, Taken, bends, channels, short_scatter, usual,
+};
 use crate::error::GapError;
 use crate::hypothesis::Hypothesis;
 use crate::mock::roughness_of;
@@ -119,7 +120,7 @@ pub(crate) fn learn(
         observations,
         dropped: BTreeMap::new(),
         notes: vec![],
-        short_scatter: reader.short_scatter(&usual),
+        short_scatter: short_scatter(&usual, &reader.sensors(), rover),
     };
     let windows = straight.iter().map(|(_, t)| t.window.clone()).collect();
     let predictor = DrivePredictor::new(reader.vehicle, windows, 1);

@@ -1,8 +1,11 @@
 //! Rows in, windows out: what is kept of a log in between is less than two windows.
 
+use std::borrow::Cow;
+use std::ops::Range;
+
 use terra_data::{DriveLog, Rover, Segment, Series};
 
-use crate::drive::{Reader, Taken, is_full};
+use super::window::{Reader, Taken, is_full};
 use crate::error::GapError;
 
 /// One window of the stream, used or left out.
@@ -15,6 +18,7 @@ pub(crate) struct Slot {
 }
 
 /// Cuts pieces of a log into windows. Where the pieces end does not matter.
+#[derive(Clone, Debug)]
 pub(crate) struct Stream {
     rover: Rover,
     pub(crate) reader: Reader,
@@ -49,7 +53,11 @@ impl Stream {
         if !piece.is_empty() {
             self.reader.needs_noise_of(piece)?;
         }
-        let log = joined(&self.rest, piece);
+        let log = if self.rest.is_empty() {
+            Cow::Borrowed(piece)
+        } else {
+            Cow::Owned(joined(&self.rest, piece))
+        };
         let mut out = vec![];
         let mut row = self.next;
         for (k, segment) in log.segments.iter().enumerate() {
@@ -87,7 +95,8 @@ impl Stream {
         }
         let from = row.saturating_sub(1);
         self.next = row - from;
-        self.rest = tail(&log, from);
+        let rest = rows(&log, from..log.len());
+        self.rest = rest;
         Ok(out)
     }
 }
@@ -140,20 +149,21 @@ fn assemble(
     }
 }
 
-/// The rows from one on.
-fn tail(log: &DriveLog, from: usize) -> DriveLog {
-    let one = |s: &Series| -> Series { s.iter().skip(from).collect() };
+/// Some rows of a log.
+pub(super) fn rows(log: &DriveLog, range: Range<usize>) -> DriveLog {
+    let one = |s: &Series| -> Series { s.iter().take(range.end).skip(range.start).collect() };
+    let within = |row: usize| row.clamp(range.start, range.end) - range.start;
     let segments = log
         .segments
         .iter()
-        .filter(|s| s.rows.end > from)
+        .filter(|s| s.rows.end > range.start && s.rows.start < range.end)
         .map(|s| Segment {
             name: s.name.clone(),
-            rows: s.rows.start.saturating_sub(from)..s.rows.end - from,
+            rows: within(s.rows.start)..within(s.rows.end),
         })
         .collect();
     assemble(
-        log.time.iter().skip(from).copied().collect(),
+        log.time.get(range.clone()).unwrap_or_default().to_vec(),
         segments,
         series_of(log).map(|s| s.as_ref().map(one)),
         log.wheel_speed.each_ref().map(one),
