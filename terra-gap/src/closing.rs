@@ -103,6 +103,8 @@ fn closing<P: Predictor>(
         (&rivals.null, &rivals.fitted),
         (&best.hypothesis, &best.plain),
         by,
+        // Nothing of it is noise.
+        0.0,
     )?;
     Ok((held.chi2_before > 0.0).then(|| 1.0 - held.chi2_after / held.chi2_before))
 }

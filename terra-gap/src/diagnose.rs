@@ -9,7 +9,7 @@ use crate::dataset::{DataSet, Predictor};
 use crate::decide::decide;
 use crate::error::GapError;
 use crate::fit::{Fit, residual};
-use crate::holdout::{HeldOut, HoldOut, hold_out};
+use crate::holdout::{HeldOut, HoldOut, hold_out, noise_floor};
 use crate::hypothesis::Hypothesis;
 use crate::locate::{Place, places};
 use crate::logs::JoinedLogs;
@@ -165,7 +165,8 @@ pub(crate) fn diagnose<P: Predictor>(
         let by = settings
             .hold_out
             .unwrap_or_else(|| default_hold_out(&data, setup.kind));
-        let found = hold_out(&data, predictor, &rivals.noise, (null, fitted), (h, f), by)?;
+        let (noise, null) = (&rivals.noise, (null, fitted));
+        let found = hold_out(&data, predictor, noise, null, (h, f), by, noise_floor(f))?;
         let closed = found.closed.map(|c| c.mean).filter(|c| *c < HALF);
         doubt = closed.filter(|_| h.effects().len() > 1);
         held = Some(found);
