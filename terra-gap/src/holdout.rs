@@ -364,6 +364,20 @@ mod tests {
         }
     }
 
+    /// 50 manoeuvres are left out in 24 groups of two or three neighbours, each once; 9 one by one.
+    #[test]
+    fn many_manoeuvres_are_left_out_together() {
+        let one = |k: usize| (format!("m{k}"), vec![2 * k, 2 * k + 1]);
+        let folds = together((0..50).map(one).collect());
+        assert_eq!(folds.len(), 24);
+        let members: Vec<usize> = folds.iter().flat_map(|f| f.1.clone()).collect();
+        assert_eq!(members, (0..100).collect::<Vec<usize>>());
+        assert!(folds.iter().all(|f| (4..=6).contains(&f.1.len())));
+        assert_eq!(folds[0].0, "m0 to m1");
+        let few: Vec<_> = (0..9).map(one).collect();
+        assert_eq!(together(few.clone()), few);
+    }
+
     /// A gap that one group holds alone has no spread to be told from.
     #[test]
     fn one_group_that_is_the_whole_gives_no_interval() {
