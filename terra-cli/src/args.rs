@@ -515,6 +515,9 @@ pub(crate) struct IdentifyArgs {
     /// What happens to old evidence: none, floor:F, forgetting:L, or transition:FILE (rows of N numbers).
     #[arg(long, default_value = "none")]
     pub(crate) choice: String,
+    /// Rows of a drive log to weigh, the first being 1; a log of more than 300 000 needs it.
+    #[arg(long, value_name = "FIRST-LAST", value_parser = rows)]
+    pub(crate) rows: Option<(usize, usize)>,
     /// One soil under both sides.
     #[arg(long)]
     pub(crate) join: bool,
@@ -532,6 +535,13 @@ pub(crate) struct IdentifyArgs {
     pub(crate) json: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) report: ReportArgs,
+}
+
+fn rows(text: &str) -> Result<(usize, usize), String> {
+    let ends = text.split_once('-');
+    let ends = ends.and_then(|(a, b)| Some((a.trim().parse().ok()?, b.trim().parse().ok()?)));
+    ends.filter(|(first, last)| (1..=*last).contains(first))
+        .ok_or_else(|| "expected FIRST-LAST, as in 1-20000".to_owned())
 }
 
 #[derive(Debug, clap::Args)]

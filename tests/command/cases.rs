@@ -255,6 +255,12 @@ pub(crate) const LINES: &[Case] = &[
     with("identify drive.csv --rover rover.toml --choice transition:m.txt", |f| f.put("m.txt", "1 0\n0 0.5\n"), 2, "1"),
     with("identify drive.csv --rover rover.toml --choice transition:m.txt", |f| f.put("m.txt", "1 0\n0 1\n"), 2, "21"),
     line("gap rig.csv --rover rig.toml --combine 3", 2, "combine"),
+    line("gap drive.csv --rover rover.toml --windows 3", 2, "windows|16"),
+    line("identify drive.csv --rover rover.toml --rows 20", 2, "FIRST-LAST"),
+    line("identify drive.csv --rover rover.toml --rows 20-10", 2, "FIRST-LAST"),
+    line("identify drive.csv --rover rover.toml --rows 0-10", 2, "FIRST-LAST"),
+    line("identify drive.csv --rover rover.toml --rows 201-300", 3, "no row 201|terra inspect"),
+    line("identify rig.csv --rover rig.toml --rows 1-5", 2, "rig log|leave --rows out"),
     // What does not go together.
     line("gap rig.csv --rover rig.toml --hold-out segment", 2, "rig log|trial"),
     line("gap drive.csv --rover rover.toml --hold-out trial", 2, "drive log|segment"),

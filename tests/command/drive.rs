@@ -36,6 +36,27 @@ fn simulate_gives_a_drive_log_and_its_truth() {
     }
 }
 
+/// Rows 41 to 160 of a log are the log that holds only these.
+#[test]
+fn identify_weighs_the_rows_asked_for() {
+    let out = folder("identify_rows");
+    let whole = std::fs::read_to_string(logs().join("drive.csv")).unwrap();
+    let lines: Vec<&str> = whole.lines().collect();
+    let part = [&lines[..1], &lines[41..161]].concat().join("\n") + "\n";
+    std::fs::write(out.join("part.csv"), part).unwrap();
+    std::fs::copy(logs().join("rover.toml"), out.join("rover.toml")).unwrap();
+    std::fs::copy(logs().join("drive.csv"), out.join("drive.csv")).unwrap();
+    let said = |log: &str, rows: &str| {
+        let line = format!("identify {log} --rover rover.toml --json out.json{rows}");
+        terra(&out, &line).ok();
+        json(&out.join("out.json"))
+    };
+    let (cut, part) = (said("drive.csv", " --rows 41-160"), said("part.csv", ""));
+    assert_eq!(cut["samples"], part["samples"]);
+    assert_eq!(cut["groups"], part["groups"]);
+    assert!(number(&cut["samples"]["used"]) < 120.0);
+}
+
 /// The page draws values of the table, those of the figures' files among them, extremes included.
 #[test]
 fn the_page_of_an_estimate_draws_the_table() {

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use nalgebra::DMatrix;
-use terra_data::LogKind;
+use terra_data::{DriveLog, LogKind, Rover};
 use terra_mme::Choice;
 use terra_model::Registry;
 
@@ -14,7 +14,7 @@ use crate::identify::{
     Identification, IdentifyOptions, hypotheses, identify_drive_among, identify_rig_among, to_json,
     twins,
 };
-use crate::input::{LogFile, rover};
+use crate::input::{BLOCK, LogFile, rover};
 use crate::output::{self, short, table};
 use crate::progress::Spinner;
 use crate::report;
@@ -41,7 +41,14 @@ pub(crate) fn run(args: &IdentifyArgs, quiet: bool) -> Result<(), CliError> {
     let mut measured = None;
     let mut id = match file.kind(&rover)? {
         LogKind::Drive => {
-            identify_drive_among(&file.drive(&rover)?, &rover, &registry, &set, &options)
+            let log = drive(&file, &rover, args.rows)?;
+            identify_drive_among(&log, &rover, &registry, &set, &options)
+        }
+        LogKind::Rig if args.rows.is_some() => {
+            return Err(CliError::usage(
+                "--rows cuts a drive log, and this is a rig log",
+                "leave --rows out: all rows of a rig log are weighed",
+            ));
         }
         LogKind::Rig => {
             let log = measured.insert(file.rig(&rover)?);
@@ -78,6 +85,40 @@ pub(crate) fn run(args: &IdentifyArgs, quiet: bool) -> Result<(), CliError> {
         output::json(Some(path), &to_json(&id, &log_sha, &rover_sha))?;
     }
     output::stdout(&summary(&id))
+}
+
+/// Most rows that are weighed: every one takes some 10 kB of memory.
+const MOST_ROWS: usize = 300_000;
+
+/// The drive log, or the rows of it that were asked for.
+fn drive(
+    file: &LogFile<'_>,
+    rover: &Rover,
+    rows: Option<(usize, usize)>,
+) -> Result<DriveLog, CliError> {
+    let (first, last) = rows.unwrap_or((1, usize::MAX));
+    let mut blocks = file.drive_blocks(rover)?;
+    let mut passed = 0;
+    while passed + 1 < first {
+        let before = blocks.next_block(BLOCK.min(first - 1 - passed))?;
+        passed += before.map_or(first, |block| block.log.len());
+    }
+    let asked = (last - first).saturating_add(1);
+    let log = blocks.next_block(asked.min(MOST_ROWS + 1))?;
+    let log = log.unwrap_or_default().log;
+    if log.len() > MOST_ROWS {
+        return Err(CliError::data(
+            format!("more than {MOST_ROWS} rows, each of which takes some 10 kB of memory"),
+            "weigh a part of the log, as in --rows 1-20000",
+        ));
+    }
+    if log.is_empty() && rows.is_some() {
+        return Err(CliError::data(
+            format!("the log has no row {first}"),
+            "`terra inspect` says how many rows it has",
+        ));
+    }
+    Ok(log)
 }
 
 pub(crate) fn choice(text: &str) -> Result<Choice, CliError> {
