@@ -9,7 +9,8 @@
 //! # Reference
 //! L. E. Ray, Proc. SPIE (2008), eqs 22 and 24, in the log domain.
 
-use wide::f64x8;
+use wide::bytemuck::cast;
+use wide::{f64x8, u64x8};
 
 use crate::error::EstimatorError;
 use crate::log_prob::LogProb;
@@ -19,37 +20,25 @@ const LANES: usize = 8;
 /// e^x counts as 0 below this: the last whole power of two above the subnormal numbers.
 const UNDERFLOW: f64 = -708.0;
 
-/// Loads up to eight numbers; missing lanes hold `fill`, so that every hypothesis meets the same arithmetic.
+/// What is left of a column beyond whole vectors; missing lanes hold `fill`, so that every hypothesis meets the same
+/// arithmetic.
 #[inline]
-fn load(x: &[f64], fill: f64) -> f64x8 {
-    match <[f64; LANES]>::try_from(x) {
-        Ok(full) => f64x8::from(full),
-        Err(_) => {
-            let mut part = [fill; LANES];
-            for (p, x) in part.iter_mut().zip(x) {
-                *p = *x;
-            }
-            f64x8::from(part)
-        }
+fn rest(x: &[f64], fill: f64) -> [f64; LANES] {
+    let mut part = [fill; LANES];
+    for (p, x) in part.iter_mut().zip(x) {
+        *p = *x;
     }
-}
-
-#[inline]
-fn store(x: f64x8, out: &mut [f64]) {
-    let all = x.to_array();
-    let n = out.len().min(LANES);
-    out.copy_from_slice(&all[..n]);
+    part
 }
 
 /// e^x for x <= 0 (also -∞), to 2 units in the last place, 0 below [`UNDERFLOW`].
 ///
-/// Without branches and calls, so that the compiler turns the loop into vector instructions on any target; the
-/// library's exponential would take most of the time of a step.
+/// Without branches and special cases, of which the library's exponential has many: they would take most of a step.
 ///
 /// # Equation
 /// e^x = 2^k e^r, k = round(x / ln 2), |r| <= ln 2/2, e^r by its series to r^13.
 #[inline]
-fn exp_of_negative(x: [f64; LANES]) -> [f64; LANES] {
+fn exp_of_negative(x: f64x8) -> f64x8 {
     /// 1.5 2^52: adding it rounds to a whole number, which then sits in the low bits.
     const ROUND: f64 = 6_755_399_441_055_744.0;
     const LN2_HIGH: f64 = 0.693_145_751_953_125;
@@ -63,15 +52,19 @@ fn exp_of_negative(x: [f64; LANES]) -> [f64; LANES] {
         }
         c
     };
-    x.map(|x| {
-        let held = if x < UNDERFLOW { UNDERFLOW } else { x };
-        let shifted = held * std::f64::consts::LOG2_E + ROUND;
-        let k = shifted - ROUND;
-        let r = (held - k * LN2_HIGH) - k * LN2_LOW;
-        let series = SERIES.iter().rev().fold(0.0, |sum, c| sum * r + c);
-        let power = f64::from_bits((shifted.to_bits() << 52).wrapping_add(1023 << 52));
-        if x < UNDERFLOW { 0.0 } else { series * power }
-    })
+    let all = f64x8::splat;
+    let held = x.fast_max(all(UNDERFLOW));
+    let shifted = held.mul_add(all(std::f64::consts::LOG2_E), all(ROUND));
+    let k = shifted - all(ROUND);
+    let r = k.mul_add(all(-LN2_LOW), k.mul_add(all(-LN2_HIGH), held));
+    let mut series = all(SERIES[13]);
+    for c in SERIES.iter().rev().skip(1) {
+        series = series.mul_add(r, all(*c));
+    }
+    // The series is near 1 and 2^k no smaller than 2^-1021, so its exponent can be added to.
+    let (series, shifted): (u64x8, u64x8) = (cast(series), cast(shifted));
+    let power: f64x8 = cast(series + (shifted << 52_u64));
+    power & x.simd_ge(all(UNDERFLOW))
 }
 
 /// One Bayes step on bare arrays of equal length N: `log_weights` and `weights` are replaced, ln Z is returned.
@@ -97,15 +90,24 @@ pub fn bayes_step(
         }
     }
     let never = f64::NEG_INFINITY;
+    let (likely, likely_rest) = log_likelihood.as_chunks::<LANES>();
+    let likely_rest = rest(likely_rest, 0.0);
     let mut max = f64x8::splat(never);
-    let mut bad = false;
-    for (lw, ll) in log_weights.chunks(LANES).zip(log_likelihood.chunks(LANES)) {
-        let x = load(lw, never) + load(ll, 0.0);
-        bad |= x.is_nan().any();
-        max = max.max(x);
+    let mut bad = f64x8::ZERO;
+    {
+        let (lw, lw_rest) = log_weights.as_chunks::<LANES>();
+        let mut look = |lw: &[f64; LANES], ll: &[f64; LANES]| {
+            let x = f64x8::from(*lw) + f64x8::from(*ll);
+            bad |= x.is_nan();
+            max = x.fast_max(max);
+        };
+        for (lw, ll) in lw.iter().zip(likely) {
+            look(lw, ll);
+        }
+        look(&rest(lw_rest, never), &likely_rest);
     }
     let max = max.to_array().into_iter().fold(never, f64::max);
-    if bad || max == f64::INFINITY {
+    if bad.any() || max == f64::INFINITY {
         let value = log_likelihood
             .iter()
             .copied()
@@ -121,24 +123,35 @@ pub fn bayes_step(
     if max == never {
         return Err(EstimatorError::Impossible);
     }
-    let mut sum = f64x8::splat(0.0);
-    let chunks = log_weights
-        .chunks_mut(LANES)
-        .zip(log_likelihood.chunks(LANES))
-        .zip(weights.chunks_mut(LANES));
-    for ((lw, ll), w) in chunks {
-        let x = load(lw, never) + load(ll, 0.0) - f64x8::splat(max);
-        let e = f64x8::from(exp_of_negative(x.to_array()));
+    let mut sum = f64x8::ZERO;
+    let (lw, lw_rest) = log_weights.as_chunks_mut::<LANES>();
+    let (w, w_rest) = weights.as_chunks_mut::<LANES>();
+    let most = f64x8::splat(max);
+    let mut weigh = |lw: &mut [f64; LANES], ll: &[f64; LANES], w: &mut [f64; LANES]| {
+        let x = f64x8::from(*lw) + f64x8::from(*ll) - most;
+        let e = exp_of_negative(x);
         sum += e;
-        store(x, lw);
-        store(e, w);
+        *lw = x.to_array();
+        *w = e.to_array();
+    };
+    for ((lw, ll), w) in lw.iter_mut().zip(likely).zip(w.iter_mut()) {
+        weigh(lw, ll, w);
     }
+    let mut last = (rest(lw_rest, never), [0.0; LANES]);
+    weigh(&mut last.0, &likely_rest, &mut last.1);
     let sum: f64 = sum.to_array().into_iter().sum();
-    let (scale, log_sum) = (1.0 / sum, sum.ln());
-    for (lw, w) in log_weights.iter_mut().zip(weights.iter_mut()) {
-        *lw -= log_sum;
-        *w *= scale;
+    let (scale, log_sum) = (f64x8::splat(1.0 / sum), sum.ln());
+    let normalise = |lw: &mut [f64; LANES], w: &mut [f64; LANES]| {
+        *lw = (f64x8::from(*lw) - f64x8::splat(log_sum)).to_array();
+        *w = (f64x8::from(*w) * scale).to_array();
+    };
+    for (lw, w) in lw.iter_mut().zip(w) {
+        normalise(lw, w);
     }
+    normalise(&mut last.0, &mut last.1);
+    let n = lw_rest.len();
+    lw_rest.copy_from_slice(&last.0[..n]);
+    w_rest.copy_from_slice(&last.1[..n]);
     Ok(LogProb::from_ln(max + log_sum))
 }
 
@@ -166,9 +179,11 @@ pub fn weighted_means(
                 expected: weights.len(),
             });
         }
-        let mut sum = f64x8::splat(0.0);
-        for (w, x) in weights.chunks(LANES).zip(column.chunks(LANES)) {
-            sum += load(w, 0.0) * load(x, 0.0);
+        let (whole, weights_rest) = weights.as_chunks::<LANES>();
+        let (values, values_rest) = column.as_chunks::<LANES>();
+        let mut sum = f64x8::from(rest(weights_rest, 0.0)) * f64x8::from(rest(values_rest, 0.0));
+        for (w, x) in whole.iter().zip(values) {
+            sum = f64x8::from(*w).mul_add(f64x8::from(*x), sum);
         }
         *mean = sum.to_array().into_iter().sum();
     }
@@ -184,14 +199,14 @@ mod tests {
         let mut worst: f64 = 0.0;
         for k in 0..70_000 {
             let x = -0.01 * f64::from(k) - 1e-3 * f64::from(k % 7);
-            let [e, ..] = exp_of_negative([x; LANES]);
+            let [e, ..] = exp_of_negative(f64x8::splat(x)).to_array();
             worst = worst.max((e / x.exp() - 1.0).abs());
         }
         assert!(worst < 5e-16, "{worst:e}");
         for x in [-708.1, -1e4, f64::NEG_INFINITY] {
-            assert_eq!(exp_of_negative([x; LANES]), [0.0; LANES]);
+            assert_eq!(exp_of_negative(f64x8::splat(x)).to_array(), [0.0; LANES]);
         }
-        assert_eq!(exp_of_negative([0.0; LANES]), [1.0; LANES]);
-        assert!(exp_of_negative([UNDERFLOW; LANES])[0] > 0.0);
+        assert_eq!(exp_of_negative(f64x8::ZERO).to_array(), [1.0; LANES]);
+        assert!(exp_of_negative(f64x8::splat(UNDERFLOW)).to_array()[0] > 0.0);
     }
 }
