@@ -1,4 +1,4 @@
-//! N hypotheses under the fused pass on the forces of a side, against Bayes' rule by one hypothesis after the other.
+//! N hypotheses under the fused pass on the forces of a side or of one wheel, against Bayes' rule by one hypothesis after the other.
 
 use std::sync::Arc;
 
@@ -19,6 +19,25 @@ const GRID: TableBox = TableBox {
     nodes: (10, 4),
 };
 
+/// What is observed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Wheels {
+    /// Drawbar pull and torque of one wheel.
+    One,
+    /// The summed pull of two wheels and the torque of each.
+    Side,
+}
+
+impl Wheels {
+    /// Normal loads \[N\].
+    fn loads(self) -> &'static [f64] {
+        match self {
+            Wheels::One => &[245.0],
+            Wheels::Side => &[210.0, 280.0],
+        }
+    }
+}
+
 /// A set, and a log that goes round.
 pub struct Fused {
     model: FusedModel,
@@ -27,11 +46,12 @@ pub struct Fused {
 }
 
 impl Fused {
-    /// N copies of a clay, 2 % off, and a side of a robot on that clay with errors that cancel over the log.
+    /// N copies of a clay, 2 % off, and a side of a robot on that clay with errors that cancel over the log; a side of one
+    /// wheel is that wheel's drawbar pull and torque.
     ///
     /// # Errors
     /// [`BenchError::Estimator`], [`BenchError::Model`].
-    pub fn new(n: usize) -> Result<Self, BenchError> {
+    pub fn new(n: usize, wheels: Wheels) -> Result<Self, BenchError> {
         let law = Arc::new(Registry::builtin().law("wong-reece")?);
         let clay = catalogue::find("lean_clay_22")?.parameters(law.model())?;
         let set = HypothesisSet::from_vectors(&law, "clay", [clay.clone()])?;
@@ -40,28 +60,32 @@ impl Fused {
         let mut log = Vec::new();
         for k in 0..4 * BLOCK {
             let slip = 0.8 - 0.6 * k as f64 / (4 * BLOCK) as f64;
-            let mut forces = nalgebra::DVector::zeros(6);
+            let loads = wheels.loads();
+            let (w, m) = (loads.len(), 1 + loads.len());
+            let mut forces = nalgebra::DVector::zeros(3 * w);
             let mut contacts = Vec::new();
-            for (wheel, load) in [210.0, 280.0].into_iter().enumerate() {
+            for (wheel, &load) in loads.iter().enumerate() {
                 let at = Contact::new(slip, load, template.radius, template.width);
                 let f = law.forces(&clay, &at)?;
                 forces[3 * wheel] = f.drawbar_pull;
                 forces[3 * wheel + 1] = f.resistive_torque;
                 contacts.push(at);
             }
-            let map = ForceObservation::side_map(2);
+            let map = ForceObservation::side_map(w);
             let off = if k % 2 == 0 { 1.0 } else { -1.0 };
-            let sd = [20.0, 8.0, 8.0, 0.0, 0.0, 0.0, 0.0];
+            let errors = [off, 0.3 * off, -0.3 * off];
+            // Slips and loads are known.
+            let sd = [20.0, 8.0, 8.0];
+            let variances = (0..m + 2 * w).map(|k| if k < m { sd[k] * sd[k] } else { 0.0 });
             log.push(ForceObservation {
                 time: k as f64,
                 group: k,
-                forces: &map * forces
-                    + nalgebra::DVector::from_vec(vec![off, 0.3 * off, -0.3 * off]),
+                forces: &map * forces + nalgebra::DVector::from_column_slice(&errors[..m]),
                 map,
                 contacts,
                 covariance: nalgebra::DMatrix::from_diagonal(&nalgebra::DVector::from_iterator(
-                    7,
-                    sd.iter().map(|s| s * s),
+                    m + 2 * w,
+                    variances,
                 )),
             });
         }
@@ -97,8 +121,8 @@ impl Fused {
     ///
     /// # Errors
     /// [`BenchError::Wrong`], [`BenchError::Estimator`].
-    pub fn check(n: usize) -> Result<(), BenchError> {
-        let (mut one, mut blocks) = (Fused::new(n)?, Fused::new(n)?);
+    pub fn check(n: usize, wheels: Wheels) -> Result<(), BenchError> {
+        let (mut one, mut blocks) = (Fused::new(n, wheels)?, Fused::new(n, wheels)?);
         let mut oracle = MultipleModel::new(one.model.hypotheses().clone())?;
         for o in &one.log.clone() {
             oracle.update(o)?;
@@ -126,7 +150,8 @@ mod tests {
     #[test]
     fn the_pass_is_bayes() {
         for n in [3, 21] {
-            Fused::check(n).unwrap();
+            Fused::check(n, Wheels::One).unwrap();
+            Fused::check(n, Wheels::Side).unwrap();
         }
     }
 }

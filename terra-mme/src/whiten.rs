@@ -103,8 +103,10 @@ impl Clock {
     }
 }
 
+/// Without a branch a number: asked at every sample, and nearly always answered yes.
 fn equal(a: &nalgebra::DMatrix<f64>, b: &nalgebra::DMatrix<f64>) -> bool {
-    a.shape() == b.shape() && a.as_slice() == b.as_slice()
+    let same = |a: &[f64], b: &[f64]| a.iter().zip(b).fold(true, |all, (a, b)| all & (a == b));
+    a.shape() == b.shape() && same(a.as_slice(), b.as_slice())
 }
 
 fn correlation(

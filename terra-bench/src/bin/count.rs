@@ -10,7 +10,7 @@ use std::hint::black_box;
 
 use terra_bench::drive::Ramp;
 use terra_bench::filter::{Log, SAMPLES, check_belief};
-use terra_bench::fused::{BLOCK, Fused};
+use terra_bench::fused::{BLOCK, Fused, Wheels};
 use terra_bench::hypotheses::{Hypotheses, check_one_step};
 use terra_bench::many::{Columns, Lookup};
 use terra_bench::wheel::{BRAKING, DRIVING, Row, cases};
@@ -24,8 +24,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     let repetitions: usize = repetitions.parse()?;
     let operations = match kernel.split_once(':') {
         Some(("hypothesis-update", n)) => hypothesis_update(n.parse()?, repetitions)?,
-        Some(("fused", n)) => fused(n.parse()?, false, repetitions)?,
-        Some(("fused-block", n)) => fused(n.parse()?, true, repetitions)?,
+        Some(("fused-wheel", n)) => fused(n.parse()?, Wheels::One, false, repetitions)?,
+        Some(("fused", n)) => fused(n.parse()?, Wheels::Side, false, repetitions)?,
+        Some(("fused-block", n)) => fused(n.parse()?, Wheels::Side, true, repetitions)?,
         _ => match kernel.as_str() {
             "forward-solve" => forward_solve(DRIVING, repetitions)?,
             "forward-solve-braking" => forward_solve(BRAKING, repetitions)?,
@@ -171,9 +172,14 @@ fn hypothesis_update(n: usize, repetitions: usize) -> Result<usize, Box<dyn Erro
 }
 
 /// Operations are samples: of a block each counts.
-fn fused(n: usize, blocks: bool, repetitions: usize) -> Result<usize, Box<dyn Error>> {
-    Fused::check(n.min(21))?;
-    let mut set = Fused::new(n)?;
+fn fused(
+    n: usize,
+    wheels: Wheels,
+    blocks: bool,
+    repetitions: usize,
+) -> Result<usize, Box<dyn Error>> {
+    Fused::check(n.min(21), wheels)?;
+    let mut set = Fused::new(n, wheels)?;
     for _ in 0..repetitions {
         if blocks {
             black_box(&mut set).block()?;

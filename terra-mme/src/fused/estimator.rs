@@ -14,8 +14,8 @@ use terra_model::Contact;
 use wide::f32x8;
 
 use super::grid::{GridTable, LANES, OUTPUTS, Stencil};
-use super::kernel::{FORCES, ROWS, Sample, TILE, WHEELS, one, weigh_tile};
-use super::shared::{Shared, factor};
+use super::kernel::{FORCES, ROWS, Sample, TILE, Tile, WHEELS, weigh_tile};
+use super::shared::{Columns, Shared, factor};
 use crate::choice::Choice;
 use crate::consistency::{AlarmRule, Consistency};
 use crate::error::EstimatorError;
@@ -40,8 +40,10 @@ pub struct FusedModel {
     rule: AlarmRule,
     /// ln w (padded), the winner's near 0.
     log_weights: Vec<[f32; LANES]>,
-    /// Residuals of the last sample, tile by tile, in a tile row by row.
+    /// Residuals of the last sample, tile by tile, in a tile row by row; empty where nothing is whitened in time.
     previous: Vec<[f32; LANES]>,
+    /// Room for the residuals of the tile in hand.
+    residuals: Vec<[f32; LANES]>,
     /// Of the block in hand: what its hypotheses share, and q of the winner.
     block: Vec<Sample>,
     centres: Vec<f32>,
@@ -67,8 +69,7 @@ impl FusedModel {
         template: &Contact<f64>,
     ) -> Result<Self, EstimatorError> {
         let table = GridTable::new(&set, range, template)?;
-        let vectors = table.padded / LANES;
-        let mut log_weights = vec![[NEVER; LANES]; vectors];
+        let mut log_weights = vec![[NEVER; LANES]; table.vectors];
         for (lw, feasible) in log_weights
             .as_flattened_mut()
             .iter_mut()
@@ -82,7 +83,8 @@ impl FusedModel {
         Ok(FusedModel {
             best: best.ok_or(EstimatorError::Impossible)?,
             total: table.feasible.iter().filter(|f| **f).count() as f64,
-            previous: vec![[0.0; LANES]; ROWS * vectors],
+            previous: Vec::new(),
+            residuals: vec![[0.0; LANES]; ROWS * TILE],
             block: Vec::new(),
             centres: Vec::new(),
             log_weights,
@@ -102,6 +104,10 @@ impl FusedModel {
     #[must_use]
     pub fn with_prewhitening(mut self, whitening: Option<Prewhitening>) -> Self {
         self.whitening = whitening;
+        // Without whitening nobody keeps residuals, so a sample already taken is no base for the next.
+        self.clock = Clock::default();
+        let rows = whitening.map_or(0, |_| ROWS * self.table.vectors);
+        self.previous = vec![[0.0; LANES]; rows];
         self
     }
 
@@ -140,7 +146,7 @@ impl FusedModel {
     ) -> Result<DMatrix<f64>, EstimatorError> {
         let s = self.shared(obs, &self.stencils(obs)?)?;
         let m = obs.forces.len();
-        Ok(DMatrix::from_fn(m, m, |i, j| s[i.max(j)][i.min(j)]))
+        Ok(DMatrix::from_fn(m, m, |i, j| s[i.min(j)][i.max(j)]))
     }
 
     fn stencils(&self, obs: &ForceObservation) -> Result<[Stencil; WHEELS], EstimatorError> {
@@ -162,24 +168,23 @@ impl FusedModel {
         Ok(out)
     }
 
-    /// S, lower triangle.
+    /// S, by columns.
     fn shared(
         &self,
         obs: &ForceObservation,
         stencils: &[Stencil; WHEELS],
-    ) -> Result<[[f64; ROWS]; ROWS], EstimatorError> {
+    ) -> Result<Columns, EstimatorError> {
         let mut shared = Shared::new(obs);
-        for (k, (at, stencil)) in obs.contacts.iter().zip(stencils).enumerate() {
+        let place = self.table.place(self.best);
+        let wheels = obs.contacts.iter().zip(stencils).zip(columns(obs));
+        for (k, ((at, stencil), columns)) in wheels.enumerate() {
             let (w, r) = (at.normal_load, at.radius);
-            for (output, (scale, growth)) in
-                [(w, 1.0), (r * w, r), (r, 0.0)].into_iter().enumerate()
-            {
-                let column = OUTPUTS * k + output;
-                if obs.map.column(column).iter().all(|a| *a == 0.0) {
+            let scales = [(w, 1.0), (r * w, r), (r, 0.0)];
+            for (output, (column, (scale, growth))) in columns.zip(scales).enumerate() {
+                if column.iter().all(|a| *a == 0.0) {
                     continue;
                 }
-                let place = output * self.table.padded + self.best;
-                let [value, slip, log_load] = stencil.value(&self.table.values, place);
+                let [value, slip, log_load] = stencil.value(&self.table.values, place, output);
                 let in_load = growth * value + scale * log_load / w;
                 shared.slope(k, column, scale * slip, in_load);
             }
@@ -202,31 +207,25 @@ impl FusedModel {
             hypothesis: "all".to_owned(),
             time: obs.time,
         })?;
-        (out.rows, out.forces, out.rho) = (m, 0, rho as f32);
-        for (to, from) in out.observed.iter_mut().zip(obs.forces.iter()) {
-            *to = *from as f32;
-        }
-        let entries = inverse.as_flattened().iter();
-        for (to, from) in out.whiten.as_flattened_mut().iter_mut().zip(entries) {
-            *to = *from as f32;
-        }
-        let wheels = obs.contacts.iter().zip(&stencils).zip(&mut out.nodes);
-        for (k, ((at, stencil), nodes)) in wheels.enumerate() {
-            stencil.nodes(nodes);
-            let (load, r) = (at.normal_load, at.radius);
-            for (output, scale) in [load, r * load, r].into_iter().enumerate() {
-                let column = obs.map.column(OUTPUTS * k + output);
-                // A force that no row looks at is not looked up.
-                if column.iter().all(|a| *a == 0.0) {
-                    continue;
+        (out.rows, out.rho) = (m, rho as f32);
+        out.groups.clear();
+        let rows = out.row.iter_mut().zip(&inverse).zip(obs.forces.iter());
+        for (k, ((row, inverse), observed)) in rows.enumerate() {
+            row.observed = *observed as f32;
+            row.whiten = inverse.map(|l| l as f32);
+            let wheels = obs.contacts.iter().zip(&stencils).zip(columns(obs));
+            for ((at, stencil), columns) in wheels {
+                let (load, r) = (at.normal_load, at.radius);
+                let scales = [load, r * load, r];
+                for (output, (column, scale)) in columns.zip(scales).enumerate() {
+                    // A force that the row does not look at is not looked up.
+                    let share = column.get(k).map_or(0.0, |a| a * scale);
+                    if share != 0.0 {
+                        stencil.groups(output, share, &mut out.groups);
+                    }
                 }
-                let looked = &mut out.looked[out.forces];
-                (looked.wheel, looked.offset) = (k, output * self.table.padded);
-                for (share, a) in looked.share.iter_mut().zip(column.iter()) {
-                    *share = (a * scale) as f32;
-                }
-                out.forces += 1;
             }
+            row.end = out.groups.len();
         }
         Ok(constant)
     }
@@ -294,9 +293,10 @@ impl FusedModel {
                     && old.map.shape() == obs.map.shape() =>
             {
                 (old.time, old.group) = (obs.time, obs.group);
-                old.forces.copy_from(&obs.forces);
-                old.map.copy_from(&obs.map);
-                old.covariance.copy_from(&obs.covariance);
+                let copy = |to: &mut [f64], from: &[f64]| to.copy_from_slice(from);
+                copy(old.forces.as_mut_slice(), obs.forces.as_slice());
+                copy(old.map.as_mut_slice(), obs.map.as_slice());
+                copy(old.covariance.as_mut_slice(), obs.covariance.as_slice());
                 old.contacts.clone_from(&obs.contacts);
                 self.recent.push_back(old);
             }
@@ -305,56 +305,42 @@ impl FusedModel {
     }
 
     /// The pass itself. Returns what was taken out of every log-weight.
+    ///
+    /// The winner's tile goes first: its q are the centres of all.
     fn pass(&mut self, samples: &[Sample]) -> f64 {
-        let values = &self.table.values;
-        // Of one sample over one tile the winner's q is among those of the tile.
-        let alone = samples.len() == 1 && self.log_weights.len() <= TILE;
+        let own = self.best / (TILE * LANES);
+        let place = self.best % (TILE * LANES);
         let mut centres = std::mem::take(&mut self.centres);
         centres.clear();
-        if !alone {
-            let vector = self.best / LANES;
-            let (lane, previous) = (self.best % LANES, self.residuals(vector));
-            one(
-                samples,
-                values,
-                vector * LANES,
-                lane,
-                previous,
-                &mut centres,
-            );
-        }
-        self.total = 0.0;
-        let mut highest = f32::MIN;
-        let mut centre = 0.0;
-        let best = self.best;
-        let tiles = self
-            .log_weights
-            .chunks_mut(TILE)
-            .zip(self.previous.chunks_mut(ROWS * TILE));
-        for (tile, (weights, previous)) in tiles.enumerate() {
-            let from = tile * TILE * LANES;
-            centre = weigh_tile(samples, &centres, best, values, from, previous, weights);
-            let (mut sum, mut top) = (f32x8::ZERO, f32x8::splat(f32::MIN));
-            let cut = f32x8::splat(-87.0);
-            for lw in weights.iter() {
-                let lw = f32x8::from(*lw);
-                // Beyond single precision a weight is nothing; below the cut the exponential is not asked.
-                sum += lw.max(cut).exp() & lw.simd_gt(cut);
-                top = top.max(lw);
-            }
-            self.total += sum.to_array().iter().map(|s| f64::from(*s)).sum::<f64>();
-            let top = top.to_array().into_iter().fold(f32::MIN, f32::max);
-            if top > highest {
-                highest = top;
-                let place = weights.as_flattened().iter().position(|lw| *lw == top);
-                self.best = from + place.unwrap_or(0);
+        let (sum, top) = self.tile(own, samples, Some(place), &mut centres);
+        self.total = f64::from(sum);
+        let (mut highest, mut where_highest) = (highest(top), own);
+        let others = (0..self.table.vectors.div_ceil(TILE)).filter(|tile| *tile != own);
+        for tile in others {
+            let (sum, top) = self.tile(tile, samples, None, &mut centres);
+            self.total += f64::from(sum);
+            // The first of equals wins.
+            let held = f32x8::splat(highest);
+            let rises = if tile < where_highest {
+                top.simd_ge(held)
+            } else {
+                top.simd_gt(held)
+            };
+            if rises.any() {
+                (highest, where_highest) = (self::highest(top), tile);
             }
         }
-        let mut taken_out = if alone {
-            -0.5 * f64::from(centre)
-        } else {
-            centres.iter().map(|c| -0.5 * f64::from(*c)).sum()
-        };
+        let from = where_highest * TILE;
+        let vectors = self.log_weights.get(from..).unwrap_or_default();
+        for (k, lw) in vectors.iter().enumerate() {
+            let same = f32x8::from(*lw).simd_eq(f32x8::splat(highest));
+            let bits = same.to_bitmask();
+            if bits != 0 {
+                self.best = (from + k) * LANES + bits.trailing_zeros() as usize;
+                break;
+            }
+        }
+        let mut taken_out: f64 = centres.iter().map(|c| -0.5 * f64::from(*c)).sum();
         self.centres = centres;
         // A new winner far above the old one, or an old one that fell far: all are shifted.
         if highest.abs() > HIGH {
@@ -368,14 +354,41 @@ impl FusedModel {
         taken_out
     }
 
-    /// Residuals of the last sample, of one vector of hypotheses.
-    fn residuals(&self, vector: usize) -> [[f32; LANES]; ROWS] {
-        let (tile, k) = (vector / TILE, vector % TILE);
-        // The last tile may be short.
-        let kept = TILE.min(self.log_weights.len() - tile * TILE);
-        let own = |row: usize| tile * TILE * ROWS + row * kept + k;
-        std::array::from_fn(|row| self.previous.get(own(row)).copied().unwrap_or_default())
+    /// One tile under all samples: the sum of its weights and its largest log-weights, lane by lane.
+    fn tile(
+        &mut self,
+        tile: usize,
+        samples: &[Sample],
+        winner: Option<usize>,
+        centres: &mut Vec<f32>,
+    ) -> (f32, f32x8) {
+        let from = tile * TILE;
+        let size = TILE.min(self.table.vectors - from);
+        let part = |each: usize| from * each..(from + size) * each;
+        let tile = Tile {
+            values: self
+                .table
+                .values
+                .get(part(self.table.blocks))
+                .unwrap_or_default(),
+            previous: self.previous.get_mut(part(ROWS)).unwrap_or_default(),
+            residuals: &mut self.residuals,
+            weights: self.log_weights.get_mut(part(1)).unwrap_or_default(),
+        };
+        weigh_tile(samples, winner, centres, tile)
     }
+}
+
+/// The largest of the lanes.
+fn highest(top: f32x8) -> f32 {
+    top.to_array().into_iter().fold(f32::MIN, f32::max)
+}
+
+/// The columns of the map, wheel by wheel: what its rows take of D, T and z.
+fn columns(obs: &ForceObservation) -> impl Iterator<Item = std::slice::ChunksExact<'_, f64>> {
+    let m = obs.forces.len();
+    let wheels = obs.map.as_slice().chunks_exact(OUTPUTS * m);
+    wheels.map(move |wheel| wheel.chunks_exact(m))
 }
 
 impl ParameterEstimator for FusedModel {

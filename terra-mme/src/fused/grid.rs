@@ -4,8 +4,9 @@
 //! D/W, T/(R W), z/R at the nodes; between them the cubic through the four nearest nodes along each axis (Lagrange).
 
 use terra_model::{Contact, ForceLaw};
+use wide::f64x4;
 
-use super::kernel::Nodes;
+use super::kernel::{Group, TILE};
 use crate::error::EstimatorError;
 use crate::force_table::TableBox;
 use crate::hypothesis::HypothesisSet;
@@ -14,12 +15,13 @@ use crate::residual::is_infeasible;
 
 /// Hypotheses of a vector of the kernel.
 pub(super) const LANES: usize = 8;
-/// Nodes of an interpolation.
-pub(super) const STENCIL: usize = 16;
+/// Nodes of an interpolation along each axis.
+pub(super) const ALONG: usize = 4;
 /// Forces of a node.
 pub(super) const OUTPUTS: usize = 3;
 
-/// Forces of many hypotheses on a grid, `values[node][output][hypothesis]`.
+/// Forces of many hypotheses on a grid, `values[tile][slip][output][load][vector]`: of a tile, the four nodes along the load
+/// that an interpolation takes lie together.
 #[derive(Clone, Debug)]
 pub struct GridTable {
     pub(super) range: TableBox,
@@ -27,52 +29,63 @@ pub struct GridTable {
     pub(super) width: f64,
     /// ln of the box's least load, and nodes per unit of slip and of ln(load).
     scale: [f64; 3],
-    /// Hypotheses, padded to whole vectors.
-    pub(super) padded: usize,
-    pub(super) values: Vec<f32>,
+    /// Vectors of hypotheses; the last one may be padded.
+    pub(super) vectors: usize,
+    /// Blocks of a tile: one an output and node.
+    pub(super) blocks: usize,
+    pub(super) values: Vec<[f32; LANES]>,
     /// Feasible at every node.
     pub(super) feasible: Vec<bool>,
 }
 
-/// An interpolation at one contact: place of its first node in `values` (output 0, hypothesis 0), steps from node to node
-/// along slip and load, and along each the four weights and their slopes.
+/// An interpolation at one contact: its first block, blocks from node to node along slip and from output to output, and along
+/// slip and load the four weights and their slopes.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Stencil {
     first: usize,
-    step: [usize; 2],
-    weight: [[f64; 4]; 2],
-    slope: [[f64; 4]; 2],
+    step: usize,
+    across: usize,
+    weight: [[f64; ALONG]; 2],
+    slope: [[f64; ALONG]; 2],
 }
 
 impl Stencil {
-    /// Places and weights of all nodes.
-    pub(super) fn nodes(&self, out: &mut Nodes) {
-        let ([slip, load], [along, across]) = (self.weight, self.step);
-        let nodes = out.at.iter_mut().zip(&mut out.weight);
-        for (n, (at, weight)) in nodes.enumerate() {
-            let (a, b) = (n / 4, n % 4);
-            *at = self.first + a * along + b * across;
-            *weight = (slip[a] * load[b]) as f32;
-        }
+    /// Adds the groups of one output, taken `share` times.
+    pub(super) fn groups(&self, output: usize, share: f64, out: &mut Vec<Group>) {
+        let [slip, load] = self.weight;
+        let first = self.first + output * self.across;
+        let group = |(a, slip): (usize, f64)| Group {
+            block: first + a * self.step,
+            weight: load.map(|load| (slip * share * load) as f32),
+        };
+        out.extend(slip.into_iter().enumerate().map(group));
     }
 
-    /// Value and slopes in slip and ln(load) of what lies `offset` behind the nodes.
-    pub(super) fn value(&self, values: &[f32], offset: usize) -> [f64; 3] {
-        let mut out = [0.0; 3];
-        for a in 0..4 {
-            let (mut row, mut row_slope) = (0.0, 0.0);
-            for b in 0..4 {
-                let place = self.first + a * self.step[0] + b * self.step[1] + offset;
-                let node = values.get(place).map_or(0.0, |v| f64::from(*v));
-                row += self.weight[1][b] * node;
-                row_slope += self.slope[1][b] * node;
-            }
-            out[0] += self.weight[0][a] * row;
-            out[1] += self.slope[0][a] * row;
-            out[2] += self.weight[0][a] * row_slope;
+    /// Value and slopes in slip and ln(load) of an output of the hypothesis at `place`.
+    pub(super) fn value(&self, values: &[[f32; LANES]], place: Place, output: usize) -> [f64; 3] {
+        let values = values.as_flattened();
+        let first = self.first + output * self.across;
+        // Four nodes along slip side by side.
+        let mut from: [usize; ALONG] =
+            std::array::from_fn(|a| place.first + (first + a * self.step) * place.step);
+        let (mut at_slip, mut slope) = (f64x4::ZERO, f64x4::ZERO);
+        for (load, in_load) in self.weight[1].iter().zip(&self.slope[1]) {
+            let node = from.map(|from| values.get(from).map_or(0.0, |v| f64::from(*v)));
+            from = from.map(|from| from + place.step);
+            let node = f64x4::from(node);
+            at_slip = node.mul_add(f64x4::splat(*load), at_slip);
+            slope = node.mul_add(f64x4::splat(*in_load), slope);
         }
-        out
+        let (slip, in_slip) = (f64x4::from(self.weight[0]), f64x4::from(self.slope[0]));
+        [at_slip * slip, at_slip * in_slip, slope * slip].map(f64x4::reduce_add)
     }
+}
+
+/// Where a hypothesis stands in `values`: its number in the first block of its tile, and numbers from block to block.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Place {
+    first: usize,
+    step: usize,
 }
 
 impl GridTable {
@@ -96,11 +109,12 @@ impl GridTable {
                 expected: "at least 4 along each axis",
             });
         }
-        let padded = set.len().next_multiple_of(LANES);
-        let mut values = vec![0.0f32; nx * ny * OUTPUTS * padded];
+        let (vectors, blocks) = (set.len().div_ceil(LANES), nx * OUTPUTS * ny);
+        let mut values = vec![[0.0f32; LANES]; blocks * vectors];
         let mut feasible = vec![true; set.len()];
         let (low, high) = (range.load.0.ln(), range.load.1.ln());
         for (j, h) in set.hypotheses().iter().enumerate() {
+            let place = place(j, vectors, blocks);
             if !h.law.effects().is_empty() {
                 return Err(EstimatorError::NotSupported {
                     estimator: "fused",
@@ -132,8 +146,8 @@ impl GridTable {
                         f.sinkage.unwrap_or(0.0) / r,
                     ];
                     for (output, value) in node.into_iter().enumerate() {
-                        let place = ((a * ny + b) * OUTPUTS + output) * padded + j;
-                        values[place] = value as f32;
+                        let block = (a * OUTPUTS + output) * ny + b;
+                        values.as_flattened_mut()[place.first + block * place.step] = value as f32;
                     }
                 }
             }
@@ -147,10 +161,16 @@ impl GridTable {
                 (nx - 1) as f64 / (range.slip.1 - range.slip.0),
                 (ny - 1) as f64 / (high - low),
             ],
-            padded,
+            vectors,
+            blocks,
             values,
             feasible,
         })
+    }
+
+    /// Where hypothesis j stands.
+    pub(super) fn place(&self, j: usize) -> Place {
+        place(j, self.vectors, self.blocks)
     }
 
     /// The interpolation at a contact.
@@ -178,13 +198,24 @@ impl GridTable {
         let [low, per_slip, per_log] = self.scale;
         let (i, slip, in_slip) = cubic((at.slip - s0) * per_slip, nx);
         let (k, load, in_load) = cubic((at.normal_load.ln() - low) * per_log, ny);
-        let across = OUTPUTS * self.padded;
         Ok(Stencil {
-            first: (i * ny + k) * across,
-            step: [ny * across, across],
+            first: i * OUTPUTS * ny + k,
+            step: OUTPUTS * ny,
+            across: ny,
             weight: [slip, load],
             slope: [in_slip.map(|d| d * per_slip), in_load.map(|d| d * per_log)],
         })
+    }
+}
+
+/// Tiles are whole but for the last.
+fn place(j: usize, vectors: usize, blocks: usize) -> Place {
+    let (vector, lane) = (j / LANES, j % LANES);
+    let tile = vector / TILE;
+    let step = LANES * TILE.min(vectors - tile * TILE);
+    Place {
+        first: (tile * TILE * blocks) * LANES + vector % TILE * LANES + lane,
+        step,
     }
 }
 

@@ -3,16 +3,26 @@
 //! # Equation
 //! S = H C Hᵀ, H = [-I, G], G = A dF/d(slip, load); S (1 - ρ²) = L Lᵀ.
 
+use wide::f64x8;
+
 use super::kernel::{ROWS, WHEELS};
 use crate::observation::ForceObservation;
 
+/// ln 2π.
+const LN_TAU: f64 = 1.837_877_066_409_345_3;
 /// Slips and loads at most.
 const INPUTS: usize = 2 * WHEELS;
 
-/// G of one observation.
+/// Rows side by side.
+const LANES: usize = 8;
+
+/// A matrix of at most [`ROWS`] columns, or rows.
+pub(super) type Columns = [[f64; LANES]; ROWS];
+
+/// G of one observation, by columns.
 pub(super) struct Shared<'a> {
     obs: &'a ForceObservation,
-    g: [[f64; INPUTS]; ROWS],
+    g: [[f64; LANES]; INPUTS],
 }
 
 impl<'a> Shared<'a> {
@@ -20,86 +30,101 @@ impl<'a> Shared<'a> {
     pub(super) fn new(obs: &'a ForceObservation) -> Self {
         Shared {
             obs,
-            g: [[0.0; INPUTS]; ROWS],
+            g: [[0.0; LANES]; INPUTS],
         }
     }
 
-    /// Adds the slopes in slip and load of the force in a column of the map.
-    pub(super) fn slope(&mut self, wheel: usize, column: usize, in_slip: f64, in_load: f64) {
-        for (g, a) in self.g.iter_mut().zip(self.obs.map.column(column).iter()) {
-            g[2 * wheel] += a * in_slip;
-            g[2 * wheel + 1] += a * in_load;
+    /// Adds the slopes in slip and load of a force, given its column of the map.
+    pub(super) fn slope(&mut self, wheel: usize, column: &[f64], in_slip: f64, in_load: f64) {
+        let column = f64x8::from(rows(column));
+        for (g, slope) in self.g.iter_mut().skip(2 * wheel).zip([in_slip, in_load]) {
+            *g = column
+                .mul_add(f64x8::splat(slope), f64x8::from(*g))
+                .to_array();
         }
     }
 
-    /// S, lower triangle.
-    pub(super) fn covariance(&self) -> [[f64; ROWS]; ROWS] {
+    /// S, by columns.
+    pub(super) fn covariance(&self) -> Columns {
         let (m, wheels) = (self.obs.forces.len(), self.obs.contacts.len());
+        let g = || self.g.iter().take(2 * wheels);
+        // H C, by columns.
+        let mut left = [[0.0; LANES]; ROWS + INPUTS];
         let columns = self.obs.covariance.as_slice().chunks_exact(m + 2 * wheels);
-        // H C, a row of the observation after the other.
-        let mut left = [[0.0; ROWS + INPUTS]; ROWS];
-        for (k, column) in columns.enumerate() {
+        for (left, column) in left.iter_mut().zip(columns) {
             let (above, below) = column.split_at(m);
-            let mut inputs = [0.0; INPUTS];
-            for (input, c) in inputs.iter_mut().zip(below) {
-                *input = *c;
+            let mut sum = -f64x8::from(rows(above));
+            for (g, c) in g().zip(below) {
+                sum = f64x8::from(*g).mul_add(f64x8::splat(*c), sum);
             }
-            for ((left, g), c) in left.iter_mut().zip(&self.g).zip(above) {
-                left[k] = dot(g, &inputs) - c;
-            }
+            *left = sum.to_array();
         }
-        let mut s = [[0.0; ROWS]; ROWS];
-        for (i, (left, s)) in left.iter().zip(&mut s).enumerate().take(m) {
-            let mut inputs = [0.0; INPUTS];
-            for (input, l) in inputs.iter_mut().zip(&left[m..]).take(2 * wheels) {
-                *input = *l;
+        let mut s = [[0.0; LANES]; ROWS];
+        let (forces, inputs) = left.split_at(m);
+        for (j, (s, force)) in s.iter_mut().zip(forces).enumerate() {
+            let mut sum = -f64x8::from(*force);
+            for (left, g) in inputs.iter().zip(g()) {
+                sum = f64x8::from(*left).mul_add(f64x8::splat(g[j]), sum);
             }
-            for (j, (s, g)) in s.iter_mut().zip(&self.g).enumerate().take(i + 1) {
-                *s = dot(g, &inputs) - left[j];
-            }
+            *s = sum.to_array();
         }
         s
     }
 }
 
-fn dot(a: &[f64; INPUTS], b: &[f64; INPUTS]) -> f64 {
-    let mut sum = 0.0;
-    for (a, b) in a.iter().zip(b) {
-        sum += a * b;
+/// One number a row.
+#[inline]
+fn rows(column: &[f64]) -> [f64; LANES] {
+    let mut out = [0.0; LANES];
+    for (out, x) in out.iter_mut().zip(column) {
+        *out = *x;
     }
-    sum
+    out
 }
 
-/// L⁻¹ of the first m rows of `scale` S, lower triangle, and ln N(0; 0, scale S); `None` when it is not positive definite.
-pub(super) fn factor(
-    s: [[f64; ROWS]; ROWS],
-    m: usize,
-    scale: f64,
-) -> Option<([[f64; ROWS]; ROWS], f64)> {
-    let mut l = [[0.0; ROWS]; ROWS];
-    let mut inverse = [[0.0; ROWS]; ROWS];
-    let mut constant = -0.5 * m as f64 * std::f64::consts::TAU.ln();
-    for i in 0..m {
-        for j in 0..=i {
-            let known: f64 = (0..j).map(|k| l[i][k] * l[j][k]).sum();
-            let rest = scale * s[i][j] - known;
-            if j < i {
-                l[i][j] = rest * inverse[j][j];
-                continue;
-            }
-            if !(rest > 0.0 && rest.is_finite()) {
-                return None;
-            }
-            l[i][i] = rest.sqrt();
-            inverse[i][i] = 1.0 / l[i][i];
-            constant -= 0.5 * rest.ln();
-        }
-        for j in 0..i {
-            let sum: f64 = (j..i).map(|k| l[i][k] * inverse[k][j]).sum();
-            inverse[i][j] = -sum * inverse[i][i];
-        }
+/// L⁻¹ of the first m columns of `scale` S, row by row, and ln N(0; 0, scale S); `None` when it is not positive definite.
+pub(super) fn factor(mut s: Columns, m: usize, scale: f64) -> Option<(Columns, f64)> {
+    let mut inverse = [[0.0; LANES]; ROWS];
+    let mut constant = -0.5 * m as f64 * LN_TAU;
+    // One logarithm of a product costs less than one a row.
+    let mut product = 1.0;
+    let scale = f64x8::splat(scale);
+    for column in s.iter_mut().take(m) {
+        *column = (f64x8::from(*column) * scale).to_array();
     }
-    Some((inverse, constant))
+    for k in 0..m {
+        let pivot = s[k][k];
+        if !(pivot > 0.0 && pivot.is_finite()) {
+            return None;
+        }
+        product *= pivot;
+        if !(1e-100..1e100).contains(&product) {
+            constant -= 0.5 * product.ln();
+            product = 1.0;
+        }
+        let inverse_root = 1.0 / pivot.sqrt();
+        let (done, rest) = s.split_at_mut(k + 1);
+        // Column k of L.
+        let l = f64x8::from(done[k]) * f64x8::splat(inverse_root);
+        done[k] = l.to_array();
+        for (column, l_j) in rest
+            .iter_mut()
+            .zip(done[k].iter().skip(k + 1))
+            .take(m - k - 1)
+        {
+            *column = l
+                .mul_neg_add(f64x8::splat(*l_j), f64x8::from(*column))
+                .to_array();
+        }
+        // Row k of the inverse from those above.
+        let mut row = f64x8::ZERO;
+        for (above, l) in inverse.iter().zip(&*done).take(k) {
+            row = f64x8::from(*above).mul_neg_add(f64x8::splat(l[k]), row);
+        }
+        inverse[k] = (row * f64x8::splat(inverse_root)).to_array();
+        inverse[k][k] = inverse_root;
+    }
+    Some((inverse, constant - 0.5 * product.ln()))
 }
 
 #[cfg(test)]
@@ -132,7 +157,8 @@ mod tests {
             for k in 0..w {
                 for output in 0..2 {
                     let (a, b) = (3.0 * number(k, output), number(output, k));
-                    shared.slope(k, 3 * k + output, a, b);
+                    let column = obs.map.column(3 * k + output);
+                    shared.slope(k, column.as_slice(), a, b);
                     (
                         slopes[(3 * k + output, 2 * k)],
                         slopes[(3 * k + output, 2 * k + 1)],
@@ -148,6 +174,6 @@ mod tests {
             let identity = &l * &expected * l.transpose();
             assert!((identity - DMatrix::identity(m, m)).amax() < 1e-10);
         }
-        assert!(factor([[0.0; ROWS]; ROWS], 1, 1.0).is_none());
+        assert!(factor([[0.0; LANES]; ROWS], 1, 1.0).is_none());
     }
 }
