@@ -6,7 +6,7 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 
-use crate::support::{contents, folder, json as read, list, number, terra, text};
+use crate::support::{contents, example, folder, json as read, list, number, terra, text};
 
 fn made(folder: &Path, more: &str) -> String {
     terra(
@@ -210,6 +210,27 @@ fn the_commitment_binds() {
     let done = terra(&folder, "challenge reveal --key torn.json blind");
     assert_eq!(done.code, 3, "{}", done.err);
     assert!(done.err.contains("torn.json:1:300"), "{}", done.err);
+}
+
+/// A soil of the user's own keeps all its digits in the key: what was committed to is what is read again.
+#[test]
+fn a_design_of_the_users_own_is_revealed() {
+    let folder = folder("challenge_digits");
+    fs::copy(example("rig/rig.toml"), folder.join("rig.toml")).unwrap();
+    let scenario = fs::read_to_string(example("rig/slip_sinkage.toml")).unwrap();
+    let (without, _) = scenario.split_once("[[effect]]").unwrap();
+    let soil = "{ k_eq = 1528430.0, sinkage_exponent = 1.1, cohesion = 1040.0, friction_angle = 0.48183792520110524, \
+                shear_modulus = 0.025, c1 = 0.18, c2 = 0.32 }";
+    let own = without.replace("\"dry_sand\"", soil);
+    assert!(own.contains("0.48183792520110524"));
+    fs::write(folder.join("own.toml"), own).unwrap();
+    terra(
+        &folder,
+        "challenge make --design own.toml --seed 3 --cases 2 --out blind --key key.json",
+    )
+    .ok();
+    let said = terra(&folder, "challenge reveal --key key.json blind").ok();
+    assert!(said.out.contains("2 commitments hold"), "{}", said.out);
 }
 
 /// A verdict with these causes; the rest of the probability is none's and unknown's.

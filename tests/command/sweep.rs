@@ -95,6 +95,17 @@ fn threads_shards_and_interruptions_change_nothing() {
     assert!(said.contains("0 of them now"), "{said}");
 }
 
+/// Numbers of all their digits are the same when the lines are read again, so that a file is known as its plan's own.
+#[test]
+fn numbers_of_seventeen_digits_are_gone_on_with() {
+    let at = place("sweep_digits");
+    let plan = PLAN.replace("[0.1, 0.4]", "[0.48183792520110524, 0.9073038322028689]");
+    fs::write(at.join("plan.toml"), plan).unwrap();
+    terra(&at, "sweep plan.toml --out whole.jsonl").ok();
+    let said = terra(&at, "sweep plan.toml --out whole.jsonl").ok().out;
+    assert!(said.contains("0 of them now"), "{said}");
+}
+
 /// `gap` and `identify` put their own JSON into the lines.
 #[test]
 fn a_line_holds_the_answer_of_its_command() {
