@@ -1,6 +1,6 @@
 //! The key of a challenge: what is withheld, and the commitment to it.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
@@ -203,8 +203,9 @@ impl KeyFile {
                 file.schema
             )));
         }
-        for (k, case) in file.cases.iter().enumerate() {
-            if file.cases.iter().take(k).any(|c| c.case == case.case) {
+        let mut seen = BTreeSet::new();
+        for case in &file.cases {
+            if !seen.insert(case.case.as_str()) {
                 return Err(bad(format!("{} is there twice", case.case)));
             }
             case.read().map_err(|e| bad(e.to_string()))?;
