@@ -25,7 +25,9 @@ use std::sync::Arc;
 
 use serde::Deserialize;
 use terra_data::{Rover, TerrainSettings, hypothesis_terrains};
-use terra_mme::{Axis, Centre, FitSpace, Hypothesis, HypothesisSet, NearDuplicate, Priors};
+use terra_mme::{
+    Axis, Centre, FitSpace, Hypothesis, HypothesisSet, MOST_HYPOTHESES, NearDuplicate, Priors,
+};
 use terra_model::{Contact, ForceLaw, Law, Registry, catalogue};
 
 use crate::error::CliError;
@@ -148,7 +150,7 @@ fn plan(
 ) -> Result<HypothesisSet, CliError> {
     let refuse = |message: String| CliError::usage(message, "see `terra identify --help`");
     let plan: Plan = toml::from_str(text).map_err(|e| refuse(e.to_string()))?;
-    let mut all: Option<HypothesisSet> = None;
+    let mut all: Vec<Hypothesis> = vec![];
     let mut first_model = None;
     for (k, entry) in plan.set.iter().enumerate() {
         let model = entry.model.as_ref().unwrap_or(&rover.terrain.model);
@@ -171,12 +173,20 @@ fn plan(
             });
             HypothesisSet::new(named.collect())?
         };
-        all = Some(match all {
-            Some(before) => before.joined(set)?,
-            None => set,
-        });
+        // Each set is bounded by itself; together they are bounded here.
+        let together = all.len() + set.len();
+        if together > MOST_HYPOTHESES {
+            return Err(refuse(format!(
+                "[[set]] {}: {together} hypotheses with those before it, expected at most {MOST_HYPOTHESES}",
+                k + 1
+            )));
+        }
+        all.extend_from_slice(set.hypotheses());
     }
-    all.ok_or_else(|| refuse("no [[set]]".to_owned()))
+    if all.is_empty() {
+        return Err(refuse("no [[set]]".to_owned()));
+    }
+    Ok(HypothesisSet::new(all)?)
 }
 
 fn entry_set(
@@ -330,6 +340,19 @@ mod tests {
             let error = read(text).unwrap_err().to_string();
             assert!(error.contains(says), "{text}: {error}");
         }
+    }
+
+    /// The bound of one set holds for all of them together: sets side by side cannot fill the memory either.
+    #[test]
+    fn sets_side_by_side_are_bounded_together() {
+        let cube = |name: &str| {
+            format!(
+                "[[set]]\nname = \"{name}\"\nstart = \"dry_sand\"\nlatin_hypercube = {{ count = {}, axes = [{{ parameter = \"cohesion\", from = 1, to = 2 }}] }}\n",
+                MOST_HYPOTHESES / 2 + 1
+            )
+        };
+        let error = read(&(cube("a") + &cube("b"))).unwrap_err().to_string();
+        assert!(error.contains("[[set]] 2: 1000002 hypotheses"), "{error}");
     }
 
     /// A soil twice under two names is a pair; the classic set has none.
