@@ -184,7 +184,7 @@ pub(crate) fn identify<'py>(
     };
     let (registry, trouble) = Registry::of(registry);
     let done = interrupt::run(py, move || {
-        tasks::identify(&log, &rover, &registry, &options)
+        tasks::identify(&log, &rover, None, &registry, &options)
     })?;
     to_python(py, &trouble.settle(py, done.map_err(raise))?)
 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use serde_json::json;
+use serde_json::{Value, json};
 use terra_data::{Rover, Start, read_rover};
 use terra_model::{Registry, catalogue};
 use terra_sim::Scenario;
@@ -19,7 +19,28 @@ struct Owed {
     reference: String,
 }
 
-pub(crate) fn run(path: &Path, as_json: bool) -> Result<(), CliError> {
+pub(crate) fn run(path: &Path, json: bool) -> Result<(), CliError> {
+    if json {
+        return output::json(None, &as_json(path)?);
+    }
+    let rows: Vec<Vec<String>> = owed(path)?
+        .into_iter()
+        .map(|o| vec![o.kind.to_owned(), o.name, o.reference])
+        .collect();
+    output::stdout(&table(&["for the", "named", "cite"], &rows))
+}
+
+/// `terra cite --json`.
+pub(crate) fn as_json(path: &Path) -> Result<Value, CliError> {
+    let all: Vec<_> = owed(path)?
+        .iter()
+        .map(|o| json!({ "kind": o.kind, "name": o.name, "reference": o.reference }))
+        .collect();
+    Ok(json!({ "schema": "terra.cite/1", "references": all }))
+}
+
+/// All that a file uses.
+fn owed(path: &Path) -> Result<BTreeSet<Owed>, CliError> {
     let mut owed = BTreeSet::new();
     match scenario(path)? {
         Some(scenario) => {
@@ -33,21 +54,7 @@ pub(crate) fn run(path: &Path, as_json: bool) -> Result<(), CliError> {
         }
         None => of_rover(&read_rover(path)?, &mut owed)?,
     }
-    if as_json {
-        let all: Vec<_> = owed
-            .iter()
-            .map(|o| json!({ "kind": o.kind, "name": o.name, "reference": o.reference }))
-            .collect();
-        return output::json(
-            None,
-            &json!({ "schema": "terra.cite/1", "references": all }),
-        );
-    }
-    let rows: Vec<Vec<String>> = owed
-        .into_iter()
-        .map(|o| vec![o.kind.to_owned(), o.name, o.reference])
-        .collect();
-    output::stdout(&table(&["for the", "named", "cite"], &rows))
+    Ok(owed)
 }
 
 /// The scenario, when the file is one: only a scenario names a rover file.

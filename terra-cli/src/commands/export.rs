@@ -12,12 +12,45 @@ use crate::error::CliError;
 use crate::output;
 use crate::soils::{Soils, parameters, values};
 
+/// A soil that is asked for.
+#[derive(Clone, Copy)]
+pub(crate) struct Asked<'a> {
+    /// An id, or the file of an identification.
+    pub(crate) soil: &'a str,
+    /// What that file holds, where it is in memory.
+    pub(crate) identified: Option<&'a Value>,
+    /// A file with soils of the user's own.
+    pub(crate) catalogue: Option<&'a Path>,
+    /// Group of the identification.
+    pub(crate) group: Option<&'a str>,
+}
+
+impl<'a> From<&'a ExportSoil> for Asked<'a> {
+    fn from(args: &'a ExportSoil) -> Self {
+        Asked {
+            soil: &args.soil,
+            identified: None,
+            catalogue: args.catalogue.as_deref(),
+            group: args.group.as_deref(),
+        }
+    }
+}
+
+/// The wheel of a slip compliance, and how it is fitted.
+pub(crate) struct Wheel<'a> {
+    pub(crate) radius: f64,
+    pub(crate) width: f64,
+    pub(crate) loads: &'a [f64],
+    pub(crate) model: &'a str,
+    pub(crate) values: &'a [(&'a str, f64)],
+    pub(crate) tolerance: f64,
+}
+
 pub(crate) fn run(what: &Export) -> Result<(), CliError> {
     match what {
         Export::ScmJson { soil, out } => {
             claim(soil, out.as_deref())?;
-            let terrain = terrain(soil)?;
-            output::json(out.as_deref(), &chrono(&terrain)?)
+            output::json(out.as_deref(), &scm(&soil.into())?)
         }
         Export::SlipCompliance {
             soil,
@@ -30,23 +63,49 @@ pub(crate) fn run(what: &Export) -> Result<(), CliError> {
             out,
         } => {
             claim(soil, out.as_deref())?;
-            if !(*tolerance > 0.0 && *tolerance < 1.0) {
-                return Err(CliError::usage(
-                    format!("--tolerance {tolerance}"),
-                    "a share between 0 and 1, for example 0.1",
-                ));
-            }
-            let law = Registry::builtin().law(model)?;
-            let p = parameters(&terrain(soil)?, law.model(), &values(value)?)?;
-            let table = slip_compliance(&law, &p, *radius, *width, load, *tolerance)?;
-            let mut csv = vec![];
-            write_slip_compliance(&mut csv, &table).map_err(|reason| CliError::Write {
-                target: "the table".to_owned(),
-                reason,
-            })?;
+            let wheel = Wheel {
+                radius: *radius,
+                width: *width,
+                loads: load,
+                model,
+                values: &values(value)?,
+                tolerance: *tolerance,
+            };
+            let csv = compliance(&soil.into(), &wheel)?;
             output::text(out.as_deref(), &String::from_utf8_lossy(&csv))
         }
     }
+}
+
+/// `terra export scm-json`.
+pub(crate) fn scm(asked: &Asked<'_>) -> Result<Value, CliError> {
+    chrono(&terrain(asked)?)
+}
+
+/// `terra export slip-compliance`, as CSV.
+pub(crate) fn compliance(asked: &Asked<'_>, wheel: &Wheel<'_>) -> Result<Vec<u8>, CliError> {
+    if !(wheel.tolerance > 0.0 && wheel.tolerance < 1.0) {
+        return Err(CliError::usage(
+            format!("--tolerance {}", wheel.tolerance),
+            "a share between 0 and 1, for example 0.1",
+        ));
+    }
+    let law = Registry::builtin().law(wheel.model)?;
+    let p = parameters(&terrain(asked)?, law.model(), wheel.values)?;
+    let table = slip_compliance(
+        &law,
+        &p,
+        wheel.radius,
+        wheel.width,
+        wheel.loads,
+        wheel.tolerance,
+    )?;
+    let mut csv = vec![];
+    write_slip_compliance(&mut csv, &table).map_err(|reason| CliError::Write {
+        target: "the table".to_owned(),
+        reason,
+    })?;
+    Ok(csv)
 }
 
 /// A soil as Chrono's JSON.
@@ -78,10 +137,10 @@ fn is_file(soil: &str) -> bool {
 }
 
 /// A soil of the catalogues, or the refined one of an identification.
-fn terrain(asked: &ExportSoil) -> Result<Terrain, CliError> {
-    let soils = Soils::open(asked.catalogue.as_deref())?;
-    if !is_file(&asked.soil) {
-        return Ok(soils.find(&asked.soil)?.clone());
+fn terrain(asked: &Asked<'_>) -> Result<Terrain, CliError> {
+    let soils = Soils::open(asked.catalogue)?;
+    if asked.identified.is_none() && !is_file(asked.soil) {
+        return Ok(soils.find(asked.soil)?.clone());
     }
     let bad = |why: String| {
         CliError::data(
@@ -89,8 +148,15 @@ fn terrain(asked: &ExportSoil) -> Result<Terrain, CliError> {
             "a file that `terra identify --json` wrote, or an id of `terra terrains`",
         )
     };
-    let text = std::fs::read_to_string(&asked.soil).map_err(|e| bad(e.to_string()))?;
-    let json: Value = serde_json::from_str(&text).map_err(|e| bad(e.to_string()))?;
+    let read;
+    let json = match asked.identified {
+        Some(json) => json,
+        None => {
+            let text = std::fs::read_to_string(asked.soil).map_err(|e| bad(e.to_string()))?;
+            read = serde_json::from_str(&text).map_err(|e| bad(e.to_string()))?;
+            &read
+        }
+    };
     if json["schema"] != "terra-identify/1" {
         return Err(bad(
             "is no identification (schema terra-identify/1)".to_owned()
@@ -98,11 +164,11 @@ fn terrain(asked: &ExportSoil) -> Result<Terrain, CliError> {
     }
     let groups = json["groups"].as_array().map_or(&[][..], Vec::as_slice);
     let name = |g: &Value| g["group"].as_str().unwrap_or_default().to_owned();
-    let group = match (&asked.group, groups) {
+    let group = match (asked.group, groups) {
         (None, [one]) => one,
         (asked_for, all) => all
             .iter()
-            .find(|g| Some(name(g)) == *asked_for)
+            .find(|g| asked_for.is_some_and(|n| name(g) == n))
             .ok_or_else(|| {
                 let names: Vec<String> = all.iter().map(&name).collect();
                 CliError::usage(

@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use terra_data::LogKind;
+use serde_json::Value;
+use terra_data::{LogKind, Rover};
 use terra_gap::{
     BaselineSpan, Provenance, Watch, WatchEvent, WatchSettings, WatchStep, watch_json,
 };
@@ -23,16 +24,74 @@ pub(crate) fn run(args: &GapArgs, quiet: bool) -> Result<(), CliError> {
     };
     let inputs: [&Path; 2] = [log_path, &args.rover];
     output::claim(&[args.json.as_deref(), args.track.as_deref()], &inputs)?;
-    let settings = WatchSettings {
-        baseline: baseline(&args.baseline),
-        false_alarms: args.false_alarms,
-        effects: args.effects(),
-    };
-    let (rover, rover_sha256) = rover(&args.rover)?;
     let file = LogFile::open(log_path)?;
-    if file.kind(&rover)? == LogKind::Rig {
+    let case = Case {
+        log: &file,
+        log_name: log_path,
+        rover: rover(&args.rover)?,
+        rover_name: &args.rover,
+        registry: &Registry::builtin(),
+    };
+    let settings = settings(&args.baseline, args.false_alarms, args.effects());
+    let spinner = Spinner::start(quiet, "watching");
+    let watched = watch(&case, &settings)?;
+    drop(spinner);
+    if let Some(path) = &args.json {
+        output::json(Some(path), &watched.as_json())?;
+    }
+    if let Some(path) = &args.track {
+        output::text(Some(path), &track(&watched.steps))?;
+    }
+    output::stdout(&summary(&watched.watch, &watched.events))
+}
+
+/// What is watched.
+pub(crate) struct Case<'a> {
+    pub(crate) log: &'a LogFile<'a>,
+    pub(crate) log_name: &'a Path,
+    /// The nominal simulator with its fingerprint.
+    pub(crate) rover: (Rover, String),
+    pub(crate) rover_name: &'a Path,
+    pub(crate) registry: &'a Registry,
+}
+
+/// What a watch of a whole log gave.
+pub(crate) struct Watched {
+    watch: Watch,
+    pub(crate) steps: Vec<WatchStep>,
+    events: Vec<WatchEvent>,
+    provenance: Provenance,
+}
+
+impl Watched {
+    /// `terra gap --watch --json`.
+    pub(crate) fn as_json(&self) -> Value {
+        watch_json(&self.watch, &self.events, &self.provenance)
+    }
+}
+
+/// A baseline of so many seconds or of a manoeuvre, a share of false alarms, hints by name.
+pub(crate) fn settings(
+    baseline: &str,
+    false_alarms: f64,
+    effects: Option<Vec<String>>,
+) -> WatchSettings {
+    WatchSettings {
+        baseline: span(baseline),
+        false_alarms,
+        effects,
+    }
+}
+
+/// Watches a whole log.
+///
+/// # Errors
+/// A rig log; a rover file without a start; a log without torques or ground speed; what the watch itself refuses.
+pub(crate) fn watch(case: &Case<'_>, settings: &WatchSettings) -> Result<Watched, CliError> {
+    let (rover, rover_sha256) = &case.rover;
+    if case.log.kind(rover)? == LogKind::Rig {
         return Err(CliError::usage(
-            format!("{} is a rig log", log_path.display()),
+            format!("{} is a rig log", case.log_name.display()),
             "--watch looks at a drive log with wheel torques",
         ));
     }
@@ -40,44 +99,40 @@ pub(crate) fn run(args: &GapArgs, quiet: bool) -> Result<(), CliError> {
         return Err(CliError::rover(
             format!(
                 "{}: --watch needs a soil to start from",
-                args.rover.display()
+                case.rover_name.display()
             ),
             "name one: start = \"dry_sand\" in [terrain]; `terra identify` on the log's beginning finds it",
         ));
     }
-    let in_files = |e: terra_gap::GapError| CliError::from(e).in_files(log_path, &args.rover);
-    let spinner = Spinner::start(quiet, "watching");
-    let log = file.drive(&rover)?;
+    let in_files =
+        |e: terra_gap::GapError| CliError::from(e).in_files(case.log_name, case.rover_name);
+    let log = case.log.drive(rover)?;
     if log.wheel_torque.is_none() || log.ground_speed.is_none() {
         return Err(CliError::data(
             format!(
                 "{}: a watch needs ground speed and wheel torques (or motor currents with [drivetrain])",
-                log_path.display()
+                case.log_name.display()
             ),
             "without torques `terra gap` diagnoses the motion of the whole log",
         ));
     }
-    let mut watch = Watch::new(&rover, &Registry::builtin(), &settings).map_err(in_files)?;
+    let mut watch = Watch::new(rover, case.registry, settings).map_err(in_files)?;
     let mut steps = watch.push(&log).map_err(in_files)?;
     steps.extend(watch.finish().map_err(in_files)?);
-    drop(spinner);
-    let events = events(&steps);
-    if let Some(path) = &args.json {
-        let provenance = Provenance {
-            log_sha256: file.sha256(),
-            rover_sha256,
+    Ok(Watched {
+        events: events(&steps),
+        watch,
+        steps,
+        provenance: Provenance {
+            log_sha256: case.log.sha256(),
+            rover_sha256: rover_sha256.clone(),
             seed: 0,
-        };
-        output::json(Some(path), &watch_json(&watch, &events, &provenance))?;
-    }
-    if let Some(path) = &args.track {
-        output::text(Some(path), &track(&steps))?;
-    }
-    output::stdout(&summary(&watch, &events))
+        },
+    })
 }
 
 /// Seconds, or else the name of a manoeuvre.
-fn baseline(text: &str) -> BaselineSpan {
+fn span(text: &str) -> BaselineSpan {
     match text.parse::<f64>() {
         Ok(seconds) => BaselineSpan::Seconds(seconds),
         Err(_) => BaselineSpan::Segment(text.to_owned()),
@@ -90,7 +145,7 @@ fn events(steps: &[WatchStep]) -> Vec<WatchEvent> {
 }
 
 /// A row a window after the baseline.
-fn track(steps: &[WatchStep]) -> String {
+pub(crate) fn track(steps: &[WatchStep]) -> String {
     let spans = [5, 20, 80];
     let mut out = "time_s,path_m,segment,window,open".to_owned();
     for n in spans {

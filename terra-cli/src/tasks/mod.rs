@@ -2,13 +2,17 @@
 //!
 //! Nothing here prints or writes; a registry may hold the caller's own models and effects.
 
+mod soils;
+mod sweeps;
+mod watching;
+
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 use serde_json::Value;
 use terra_data::{
-    LogKind, Rover, SoilSharing, hypothesis_terrains, parse_rover_with, read_rover_with,
-    write_drive_log_to, write_rig_log_to,
+    LogKind, Rover, SoilSharing, parse_rover_with, read_rover_with, write_drive_log_to,
+    write_rig_log_to,
 };
 use terra_gap::{HoldOut, Settings, to_json};
 use terra_model::{Law, Registry};
@@ -22,9 +26,15 @@ use crate::commands::{
     import as importing, inspect as looking, lists, simulate as simulating, wheel as wheels,
 };
 use crate::error::CliError;
-use crate::identify::{self, IdentifyOptions, identify_drive, identify_rig};
+use crate::identify::{self, IdentifyOptions, identify_drive_among, identify_rig_among};
 use crate::input::{self, LogFile};
 use crate::robot::forces;
+
+pub use soils::{
+    ComplianceOptions, ExportOptions, Soil, cite, hypotheses, scm_json, slip_compliance,
+};
+pub use sweeps::{merge, sweep_runs};
+pub use watching::{WatchOptions, Watched, watch};
 
 /// A log or a rover file: on disk, or in memory under a name for messages.
 #[derive(Clone, Debug)]
@@ -255,30 +265,29 @@ pub fn estimate(
     Ok(table)
 }
 
-/// `identify.json` of `terra identify`.
+/// `identify.json` of `terra identify`; `named` takes the place of the rover file's hypotheses: a catalogue set, a CSV of
+/// soils, or a TOML plan of sets.
 ///
 /// # Errors
 /// As the command.
 pub fn identify(
     log: &Source,
     rover: &Source,
+    named: Option<&str>,
     registry: &Registry,
     options: &IdentifyOptions,
 ) -> Result<Value, CliError> {
     let (nominal, rover_sha256) = rover.rover(registry)?;
-    let terrains = hypothesis_terrains(&nominal.terrain, rover.folder())?;
+    let set = identify::hypotheses(&nominal, registry, rover.folder(), named)?;
     let file = log.log()?;
-    let found = match file.kind(&nominal)? {
-        LogKind::Drive => identify_drive(
-            &file.drive(&nominal)?,
-            &nominal,
-            registry,
-            &terrains,
-            options,
-        ),
-        LogKind::Rig => identify_rig(&file.rig(&nominal)?, &nominal, registry, &terrains, options),
+    let mut found = match file.kind(&nominal)? {
+        LogKind::Drive => {
+            identify_drive_among(&file.drive(&nominal)?, &nominal, registry, &set, options)
+        }
+        LogKind::Rig => identify_rig_among(&file.rig(&nominal)?, &nominal, &set, options),
     }
     .map_err(|e| e.in_files(log.name(), rover.name()))?;
+    found.near_duplicates = identify::twins(&set, &nominal);
     Ok(identify::to_json(&found, &file.sha256(), &rover_sha256))
 }
 
