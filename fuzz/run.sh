@@ -14,6 +14,7 @@ for target in "${targets[@]}"; do
     mkdir -p "$corpus"
     case $target in
         drive_csv | rig_csv) words=csv ;;
+        challenge_key | verdict_json | tables) words=json ;;
         *) words=$target ;;
     esac
     dictionary=fuzz/dictionaries/$words.dict

@@ -106,6 +106,73 @@ def texts():
     )
 
 
+def commands():
+    """What the command itself reads: bevameter tests, plans, keys, verdicts, tables."""
+    plates = "test,soil,plate_diameter_m,sinkage_m,pressure_Pa\n" + "".join(
+        f"{test},s,{width},{z / 100},{stiffness * (z / 100) ** 1.1:.1f}\n"
+        for test, width, stiffness in (("a", 0.1, 3e6), ("b", 0.2, 2.5e6))
+        for z in range(1, 7)
+    )
+    put("bevameter_csv", "plates.csv", plates)
+    shear = "test,normal_stress_Pa,shear_displacement_m,shear_stress_Pa\n" + "".join(
+        f"{p},{p},{j / 200},{(500 + 0.5 * p) * (1 - np.exp(-j / 2)):.1f}\n" for p in (5000, 10000) for j in range(1, 7)
+    )
+    put("bevameter_csv", "shear.csv", shear)
+    columns = """[columns]
+test = { from = "id" }
+sinkage_m = { from = "z", unit = "mm" }
+pressure_Pa = { from = "p", unit = "kPa" }
+plate_diameter_m = { from = "body", values = { d60 = 0.06, d80 = 0.08 } }
+[fit]
+from_m = 0.002
+to_m = 0.08
+"""
+    rows = "".join(f"{k},{body},{z},{z * 3 + k}\n" for k, body in enumerate(("d60", "d80", "x")) for z in (2, 4, 8, 16, 32))
+    put("bevameter_csv", "columns.bin", columns + "\0# mine\nid,body,z,p\n" + rows)
+    put("bevameter_csv", "value.bin", "[columns]\nnormal_stress_Pa = { value = 5, unit = \"kPa\" }\n\0" + shear.replace("normal_stress_Pa", "other"))
+    head = 'scenario = "trials.toml"\nruns = 3\nseed = 5\n'
+    put("sweep_plan", "grid.toml", f'command = "simulate"\n{head}[vary]\nterrain = ["dry_sand", "lean_clay_22"]\n"effect.0.magnitude" = [0.1, 0.4]\n')
+    put("sweep_plan", "nested.toml", f'command = "gap"\n{head}vary.trial.0.normal_load_N = [[150.0], [1, 2]]\nvary.effect = [[], [{{ name = "slip-sinkage", magnitude = 0.2 }}]]\n')
+    put("sweep_plan", "plain.toml", f'command = "identify"\n{head}')
+    key = (HERE / "fixed/key.json").read_text()
+    put("challenge_key", "key.bin", key + "\0a " + "0" * 64 + "\nb " + "f" * 64 + "\n")
+    effect = '{"magnitude": [0.1, 0.25], "name": "clock-offset"}'
+    whole = """{"schema": "terra-challenge-key/1", "design": {"name": "rig", "rover": "", "scenario": ""}, "draws": {"moving_windows": 2, "window_s": 0.2,
+"speed_m_s": 0.01, "rejected": 1}, "cases": [{"case": "case_001", "nonce": "ab", "key": {"kind": "form-variant", "effects": [EFFECT], "seed": 1, "rejected": 3,
+"soil": {"left": {"k_phi": 1528430.0}}, "terrain": {"k_phi": 1e6}}}]}""".replace("EFFECT", effect)
+    put("challenge_key", "whole.bin", whole)
+    verdict = """{"schema": "terra-gap/1", "verdict": "named", "causes": [{"effect": "slip-sinkage", "probability": 0.8, "log_evidence_gain": 12.5, "indistinguishable_from":
+["multipass"]}], "probability_none": 0.1, "probability_unknown": 0.1, "set": ["slip-sinkage", "none"], "after": {"effects": ["slip-sinkage"], "held_out":
+{"by": "slip", "closed": {"mean": 0.5, "lo": 0.2, "hi": 0.7}}}, "gap": {"chi2_per_dof": {"nominal_refitted": 4.5}}}"""
+    put("verdict_json", "named.json", verdict)
+    put("verdict_json", "none.json", '{"schema": "terra-gap/1", "verdict": "none", "causes": [], "probability_none": 1, "probability_unknown": 0, "set": ["none"]}')
+    put("hypotheses_toml", "grid.toml", """[[set]]
+hypotheses = "wong21"
+perturb = { copies = 1, sd = 0.05 }
+[[set]]
+name = "clay"
+start = "lean_clay_22"
+grid = [{ parameter = "cohesion", from = 1e4, to = 8e4, points = 2 }, { parameter = "friction_angle", from = 0.1, to = 0.3, points = 2 }]
+""")
+    put("hypotheses_toml", "cube.toml", """[[set]]
+model = "wong-reece+slip-sinkage"
+start = "dry_sand"
+seed = 3
+latin_hypercube = { count = 5, axes = [{ parameter = "friction_angle", from = 0.4, to = 0.7 }] }
+""")
+    put("hypotheses_toml", "file.toml", """[[set]]
+hypotheses = "soils.csv"
+[[set]]
+start = { k_eq = 1.5e6, sinkage_exponent = 1.1, cohesion = 1040.0, friction_angle = 0.5, c1 = 0.2, c2 = 0.3, shear_modulus = 0.02 }
+perturb = { copies = 2 }
+""")
+    put("tables", "matrix.bin", "\0" + "0.9 0.1 0\n0.05,0.9,0.05\n\n0 0.1 0.9\n")
+    identified = """{"schema": "terra-identify/1", "groups": [{"group": "all", "refined": {"start": "dry_sand", "parameters": {"k_eq": {"mean": 1.5e6, "sd": 3.1e5},
+"cohesion": {"mean": 1000.0}, "friction_angle": {"mean": 0.5}, "shear_modulus": {"mean": 0.02}, "sinkage_exponent": {"mean": 1.1}}}}]}"""
+    put("tables", "identify.bin", "\x01" + identified)
+    put("tables", "shard.bin", "\x02" + '{"run":0,"seed":1,"vary":{},"result":{}}\n{"run":1,"seed":2,"vary":{"a":1},"result":null}\n')
+
+
 def bag(name, **how):
     """A bag of one topic, without the checksums that would keep a mutation from getting any further."""
     folder = SEEDS / "bag"
@@ -153,4 +220,5 @@ if __name__ == "__main__":
     shutil.rmtree(SEEDS, ignore_errors=True)
     copies()
     texts()
+    commands()
     binaries()

@@ -71,6 +71,30 @@ impl Scratch {
     }
 }
 
+/// Several files of this process in a folder: one that names another finds it there.
+pub struct Folder(PathBuf);
+
+impl Folder {
+    /// An empty folder that ends on those letters.
+    pub fn new(ending: &str) -> Self {
+        let Scratch(path) = Scratch::new(ending);
+        fs::create_dir_all(&path).expect("a place for a few small files");
+        Folder(path)
+    }
+
+    /// A file of it, holding these bytes.
+    pub fn put(&self, name: &str, bytes: &[u8]) -> PathBuf {
+        let path = self.0.join(name);
+        fs::write(&path, bytes).expect("a place for one small file");
+        path
+    }
+
+    /// The folder.
+    pub fn path(&self) -> &Path {
+        &self.0
+    }
+}
+
 /// A rover whose log has the contract's columns, and one whose log has others, in other units, with motor currents.
 pub fn rovers() -> [Rover; 2] {
     const VEHICLE: &str = include_str!("../fixed/rover.toml");
