@@ -7,6 +7,7 @@ mod convert;
 mod error;
 mod interrupt;
 mod own;
+mod soils;
 mod tasks;
 mod wheel;
 
@@ -26,9 +27,11 @@ mod _terra {
     #[pymodule_export]
     use crate::own::Registry;
     #[pymodule_export]
+    use crate::soils::{cite, hypotheses, scm_json, slip_compliance};
+    #[pymodule_export]
     use crate::tasks::{
         bevameter, command, effects, estimate, estimators, filters, gap, identifiability, identify,
-        import_log, inspect, models, simulate, terrains,
+        import_log, inspect, models, simulate, terrains, watch,
     };
     #[pymodule_export]
     use crate::wheel::{wheel_forces, wheel_stresses};

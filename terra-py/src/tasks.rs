@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use terra_cli::IdentifyOptions;
-use terra_cli::tasks::{self, GapOptions, IdentifiabilityOptions, Source};
+use terra_cli::tasks::{self, GapOptions, IdentifiabilityOptions, Source, WatchOptions};
 
 use crate::convert::{Given, table, to_python};
 use crate::error::raise;
@@ -159,11 +159,12 @@ pub(crate) fn estimate<'py>(
 }
 
 #[pyfunction]
-#[pyo3(signature = (log, rover, estimator=None, choice="none", join=false, history=false, refine=true, filter="block", registry=None))]
+#[pyo3(signature = (log, rover, hypotheses=None, estimator=None, choice="none", join=false, history=false, refine=true, filter="block", registry=None))]
 pub(crate) fn identify<'py>(
     py: Python<'py>,
     log: Given,
     rover: Given,
+    hypotheses: Option<String>,
     estimator: Option<String>,
     choice: &str,
     join: bool,
@@ -184,7 +185,7 @@ pub(crate) fn identify<'py>(
     };
     let (registry, trouble) = Registry::of(registry);
     let done = interrupt::run(py, move || {
-        tasks::identify(&log, &rover, None, &registry, &options)
+        tasks::identify(&log, &rover, hypotheses.as_deref(), &registry, &options)
     })?;
     to_python(py, &trouble.settle(py, done.map_err(raise))?)
 }
@@ -220,4 +221,28 @@ pub(crate) fn gap<'py>(
     let (registry, trouble) = Registry::of(registry);
     let done = interrupt::run(py, move || tasks::gap(&logs, &rover, &registry, &options))?;
     to_python(py, &trouble.settle(py, done.map_err(raise))?)
+}
+
+#[pyfunction]
+#[pyo3(signature = (log, rover, baseline, false_alarms, effects, registry=None))]
+pub(crate) fn watch<'py>(
+    py: Python<'py>,
+    log: Given,
+    rover: Given,
+    baseline: String,
+    false_alarms: f64,
+    effects: Option<Vec<String>>,
+    registry: Option<&Registry>,
+) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyDict>)> {
+    let (log, rover): (Source, Source) = (log.into(), rover.into());
+    let options = WatchOptions {
+        baseline,
+        false_alarms,
+        effects,
+    };
+    let (registry, trouble) = Registry::of(registry);
+    let done = interrupt::run(py, move || tasks::watch(&log, &rover, &registry, &options))?;
+    let watched = trouble.settle(py, done.map_err(raise))?;
+    let track = table(py, watched.track.as_bytes(), TEXT)?;
+    Ok((to_python(py, &watched.verdict)?, track))
 }

@@ -184,6 +184,93 @@ def test_gap_of_several_logs(command, logs, examples, tmp_path):
     assert found["logs"] == {"names": ["rig.csv", "second.csv"], "soil": "own"}
 
 
+def test_scm_json(command, logs, examples, tmp_path):
+    assert terra.scm_json("dry_sand") == json.loads(command("export", "scm-json", "dry_sand"))
+    out = tmp_path / "identify.json"
+    command("identify", logs / "rig.csv", "--rover", examples / "rig/rig.toml", "--json", out)
+    said = json.loads(command("export", "scm-json", out))
+    assert terra.scm_json(out) == said
+    # What Python was told is as good as the file of the same.
+    assert terra.scm_json(json.loads(out.read_text())) == said
+    with pytest.raises(terra.ConfigurationError, match="all"):
+        terra.scm_json(out, group="left")
+    with pytest.raises(terra.ConfigurationError, match="dry_sand"):
+        terra.scm_json("dry_snad")
+    with pytest.raises(terra.BadData, match="terra-identify/1"):
+        terra.scm_json({"schema": "terra-gap/1"})
+
+
+def test_a_catalogue_of_ones_own(command, tmp_path):
+    own = tmp_path / "own.csv"
+    own.write_text(
+        "id,set,name,n,kc_kN_m_n1,kphi_kN_m_n2,c_kPa,phi_deg,K_m,c1,c2\ndry_sand,mine,Ours,0.9,2,310,0.6,24,0.03,NA,NA\n"
+    )
+    found = terra.scm_json("dry_sand", catalogue=own)
+    assert found == json.loads(command("export", "scm-json", "dry_sand", "--catalogue", own))
+    assert found["Bekker n exponent"] == 0.9
+
+
+def test_slip_compliance(command):
+    said = columns(
+        command("export", "slip-compliance", "dry_sand", "--radius_m", "0.254", "--width_m", "0.15", "--load_N",
+                "150,245.25,1e9", "--tolerance", "0.05", "--model", "compliant-tyre", "--value", "tyre_pressure=60000")
+    )  # fmt: skip
+    found = terra.slip_compliance("dry_sand", [150, 245.25, 1e9], radius=0.254, width=0.15, tolerance=0.05,
+                                  model="compliant-tyre", values={"tyre_pressure": 60000})  # fmt: skip
+    assert list(found) == list(said)
+    for name, values in found.items():
+        if name == "status":
+            assert values == said[name] and "no-compliance" in values
+        else:
+            same(values, said[name])
+    for bad in [{"tolerance": 1.5}, {"model": "wong-rece"}]:
+        with pytest.raises(terra.ConfigurationError):
+            terra.slip_compliance("dry_sand", 150, radius=0.254, width=0.15, **bad)
+    with pytest.raises(terra.ConfigurationError, match="no loads"):
+        terra.slip_compliance("dry_sand", [], radius=0.254, width=0.15)
+
+
+def test_cite(command, examples):
+    for file in ["rig/slip_sinkage.toml", "paper/rover.toml"]:
+        said = json.loads(command("cite", examples / file, "--json"))
+        assert terra.cite(examples / file) == said["references"]
+
+
+def test_a_plan_of_hypotheses(command, logs, examples, tmp_path):
+    plan, out, rover = tmp_path / "plan.toml", tmp_path / "identify.json", examples / "rig/rig.toml"
+    plan.write_text('[[set]]\nhypotheses = "wong21"\n[[set]]\nname = "again"\nstart = "dry_sand"\n')
+    command("identify", logs / "rig.csv", "--rover", rover, "--hypotheses", plan, "--json", out)
+    found = terra.identify(logs / "rig.csv", rover, hypotheses=plan)
+    assert found == json.loads(out.read_text())
+    assert len(terra.hypotheses(rover)) == 21
+    weighed = {h["id"]: h for h in terra.hypotheses(rover, plan)}
+    assert len(weighed) == 22 and set(weighed) == {p["id"] for p in found["groups"][0]["posterior"]}
+    again, soil = weighed["again"], next(t for t in terra.terrains() if t["id"] == "dry_sand")
+    assert again["model"] == "wong-reece"
+    assert again["parameters"]["cohesion"] == pytest.approx(soil["cohesion"], rel=1e-12)
+
+
+def test_watch(command, logs, examples, tmp_path):
+    out, track = tmp_path / "watch.json", tmp_path / "track.csv"
+    rover = tmp_path / "rover.toml"
+    text = (examples / "paper/rover.toml").read_text()
+    assert "[terrain]\n" in text and "start =" not in text
+    rover.write_text(text.replace("[terrain]\n", '[terrain]\nstart = "lean_clay_22"\n'))
+    log = logs / "drive.csv"
+    command("gap", log, "--rover", rover, "--watch", "--baseline", "0.8", "--json", out, "--track", track)
+    found, windows = terra.watch(log, rover, baseline=0.8)
+    assert found == json.loads(out.read_text())
+    said = columns(track.read_text())
+    assert list(windows) == list(said)
+    for name, values in windows.items():
+        if name == "segment":
+            assert values == said[name]
+        else:
+            same(values, said[name])
+    with pytest.raises(terra.ConfigurationError, match="rig log"):
+        terra.watch(logs / "rig.csv", examples / "rig/rig.toml")
+
+
 def test_inspect(command, logs, examples, tmp_path):
     out = tmp_path / "inspect.json"
     for log, rover in [("drive.csv", None), ("rig.csv", examples / "rig/rig.toml")]:

@@ -1,8 +1,8 @@
 """What forces does the ground give each wheel, what soil is it, and which unmodelled effect makes the simulator differ
 from reality?
 
-The answers of the command ``terra``, with numpy in and out and the same numbers; the command itself, with its campaigns,
-sweeps and exports, comes with the package. SI units and radians throughout; column and key names carry their unit. Long
+The answers of the command ``terra``, with numpy in and out and the same numbers; the command itself, with its campaigns
+and sweeps, comes with the package. SI units and radians throughout; column and key names carry their unit. Long
 work releases the interpreter's lock and answers Ctrl-C.
 
 >>> import numpy as np, terra
@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import csv
 import io
+import json
 import os
 import sys
 from dataclasses import dataclass
@@ -44,18 +45,23 @@ __all__ = [
     "TerraError",
     "__version__",
     "bevameter",
+    "cite",
     "effects",
     "estimate",
     "estimators",
     "filters",
     "gap",
+    "hypotheses",
     "identifiability",
     "identify",
     "import_log",
     "inspect",
     "models",
+    "scm_json",
     "simulate",
+    "slip_compliance",
     "terrains",
+    "watch",
     "wheel_forces",
     "wheel_stresses",
 ]
@@ -66,6 +72,8 @@ Log = Union[str, "os.PathLike[str]", Mapping[str, Any]]
 Rover = Union[str, "os.PathLike[str]", Mapping[str, Any]]
 #: A soil: an id of the catalogue, or values by the model's parameter names (SI, rad).
 Terrain = Union[str, Mapping[str, float]]
+#: A soil to export: an id, the path of what ``terra identify --json`` wrote, or what ``identify`` returned.
+Exported = Union[str, "os.PathLike[str]", Mapping[str, Any]]
 
 
 @dataclass(frozen=True)
@@ -277,6 +285,7 @@ def identify(
     log: Log,
     rover: Rover,
     *,
+    hypotheses: str | os.PathLike[str] | None = None,
     estimator: str | None = None,
     choice: str = "none",
     join: bool = False,
@@ -288,15 +297,32 @@ def identify(
     """What soil is it? The content of ``terra identify --json`` (schema ``terra-identify/1``).
 
     Args:
+        hypotheses: a catalogue set, a CSV of soils or a TOML plan of sets, in place of the rover file's.
         estimator: as in ``estimators()``; the default of the log's kind when absent.
         choice: what happens to old evidence: ``none``, ``floor:F``, ``forgetting:L``, ``transition:FILE``.
         join: one soil under both sides.
         history: keep the posterior after every sample.
         refine: refine the winner's parameters.
     """
+    named = None if hypotheses is None else os.fspath(hypotheses)
     return _terra.identify(
-        _log(log), _rover(rover), estimator, choice, join, history, refine, filter, registry
+        _log(log), _rover(rover), named, estimator, choice, join, history, refine, filter, registry
     )
+
+
+def hypotheses(
+    rover: Rover,
+    named: str | os.PathLike[str] | None = None,
+    *,
+    registry: Registry | None = None,
+) -> list[dict[str, Any]]:
+    """What ``identify`` weighs: ``id``, ``model`` and ``parameters`` of every hypothesis.
+
+    Args:
+        rover: whose ``hypotheses`` of ``[terrain]`` are meant.
+        named: in their place: a catalogue set, a CSV of soils or a TOML plan of sets.
+    """
+    return _terra.hypotheses(_rover(rover), None if named is None else os.fspath(named), registry)
 
 
 def gap(
@@ -349,6 +375,93 @@ def gap(
         same_bed,
         registry,
     )
+
+
+def watch(
+    log: Log,
+    rover: Rover,
+    *,
+    baseline: float | str = 20.0,
+    false_alarms: float = 0.05,
+    effects: Sequence[str] | None = None,
+    registry: Registry | None = None,
+) -> tuple[dict[str, Any], dict[str, Any]]:
+    """When and where does a gap open in a long drive? ``terra gap --watch``: the content of its ``--json``, and the
+    columns of its ``--track``, what every window shows.
+
+    Args:
+        log: a drive with wheel torques.
+        rover: with a soil to start from (``start`` in ``[terrain]``).
+        baseline: what the soil is learned from: so many seconds from the log's beginning, or a manoeuvre by its name.
+        false_alarms: share of logs without a gap, of whatever length, in which an event may be raised.
+        effects: hints by name; all when absent.
+    """
+    names = None if effects is None else list(effects)
+    return _terra.watch(_log(log), _rover(rover), str(baseline), false_alarms, names, registry)
+
+
+def scm_json(
+    soil: Exported,
+    *,
+    catalogue: str | os.PathLike[str] | None = None,
+    group: str | None = None,
+) -> dict[str, Any]:
+    """A soil for Chrono's soil contact model, as ``terra export scm-json`` writes it.
+
+    >>> terra.scm_json("dry_sand")["Bekker n exponent"]
+    1.1
+
+    Args:
+        soil: an id of ``terrains()`` or of ``catalogue``, or an identification, whose refined soil is meant.
+        catalogue: a file with soils of one's own (CSV); an id that is in both is that of the file.
+        group: of the identification (``left``, ``right``, ``all`` ...), where it has several.
+    """
+    return _terra.scm_json(_exported(soil), catalogue, group)
+
+
+def slip_compliance(
+    soil: Exported,
+    normal_load: ArrayLike,
+    *,
+    radius: float,
+    width: float,
+    model: str = "wong-reece",
+    values: Mapping[str, float] | None = None,
+    tolerance: float = 0.1,
+    catalogue: str | os.PathLike[str] | None = None,
+    group: str | None = None,
+) -> dict[str, Any]:
+    """The slip compliance that rigid-body simulators (Gazebo, ODE) take, by load, with the slips up to which it holds.
+
+    Args:
+        soil: as for ``scm_json``.
+        normal_load: N, one or several.
+        radius: wheel radius in m.
+        width: wheel width in m.
+        model: terrain model.
+        values: parameters in place of the soil's own, or that it does not give.
+        tolerance: how far the line may be from the law, as a share of the largest traction on its range.
+        catalogue: a file with soils of one's own (CSV).
+        group: of an identification.
+
+    Returns:
+        The columns of ``terra export slip-compliance``, a row a load; NaN where ``status`` says that there is none.
+    """
+    loads = np.atleast_1d(np.asarray(normal_load, dtype=np.float64)).tolist()
+    return _terra.slip_compliance(
+        _exported(soil), loads, radius, width, model, _pairs(values or {}), tolerance, catalogue, group
+    )
+
+
+def cite(file: str | os.PathLike[str]) -> list[dict[str, Any]]:
+    """The references owed for what a scenario or a rover file uses: ``kind``, ``name`` and ``reference`` of each."""
+    return _terra.cite(file)["references"]
+
+
+def _exported(soil: Exported) -> str | tuple[str, str]:
+    if isinstance(soil, (str, os.PathLike)):
+        return os.fspath(soil)
+    return ("the identification", json.dumps(soil))
 
 
 def _terrain(terrain: Terrain) -> str | dict[str, float]:

@@ -10,6 +10,7 @@ __version__: str
 
 _Source = str | os.PathLike[str] | tuple[str, bytes]
 _Soil = str | dict[str, float]
+_Exported = str | tuple[str, str]
 
 class TerraError(ValueError):
     """Whatever terra refuses; the message says what was found, what was expected, and what to do."""
@@ -117,6 +118,7 @@ def estimate(
 def identify(
     log: _Source,
     rover: _Source,
+    hypotheses: str | None = ...,
     estimator: str | None = ...,
     choice: str = ...,
     join: bool = ...,
@@ -138,3 +140,31 @@ def gap(
     same_bed: bool = ...,
     registry: Registry | None = ...,
 ) -> dict[str, Any]: ...
+def watch(
+    log: _Source,
+    rover: _Source,
+    baseline: str,
+    false_alarms: float,
+    effects: list[str] | None,
+    registry: Registry | None = ...,
+) -> tuple[dict[str, Any], dict[str, Any]]: ...
+def scm_json(
+    soil: _Exported,
+    catalogue: str | os.PathLike[str] | None = ...,
+    group: str | None = ...,
+) -> dict[str, Any]: ...
+def slip_compliance(
+    soil: _Exported,
+    loads: list[float],
+    radius: float,
+    width: float,
+    model: str,
+    values: list[tuple[str, float]],
+    tolerance: float,
+    catalogue: str | os.PathLike[str] | None,
+    group: str | None,
+) -> dict[str, Any]: ...
+def hypotheses(
+    rover: _Source, named: str | None = ..., registry: Registry | None = ...
+) -> list[dict[str, Any]]: ...
+def cite(file: str | os.PathLike[str]) -> dict[str, Any]: ...
