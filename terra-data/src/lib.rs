@@ -74,7 +74,7 @@ pub use notes::{MissingCells, ReadNotes};
 pub use problem::Problem;
 pub use read_drive::{DriveBlock, DriveReader, read_drive_log, read_drive_log_from};
 pub use read_rig::{read_rig_log, read_rig_log_from};
-pub use read_rover::{parse_rover, parse_rover_with, read_rover, read_rover_with};
+pub use read_rover::{parse_rover, parse_rover_in, parse_rover_with, read_rover, read_rover_with};
 pub use read_terrains::{hypothesis_terrains, names_a_file, read_terrains, read_terrains_from};
 pub use rig::{Measured, RigLog, RigRow};
 pub use rover::{

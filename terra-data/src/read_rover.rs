@@ -9,7 +9,7 @@ use toml::de::{DeTable, DeValue};
 use crate::error::{DataError, Origin};
 use crate::problem::Problem;
 use crate::read_columns::read_columns;
-use crate::read_soil::{check_start, read_terrain};
+use crate::read_soil::{own_start, read_terrain};
 use crate::read_terrains::{names_a_file, read_terrains};
 use crate::rover::{
     Condition, Drivetrain, FilterSettings, GapSettings, GroundSpeedSource, Noise, Rover,
@@ -35,19 +35,37 @@ pub fn read_rover_with(path: impl AsRef<Path>, registry: &Registry) -> Result<Ro
     let path = path.as_ref();
     let origin = Origin::configuration(&path.display().to_string());
     let text = read_text(path, &origin, "a rover file")?;
-    let rover = parse_rover_with(&text, &origin.file, registry)?;
-    // A start that is an id of the user's own catalogue can only be looked up now that the folder is known.
+    let folder = path.parent().unwrap_or(Path::new(""));
+    parse_rover_in(&text, &origin.file, folder, registry)
+}
+
+/// [`read_rover_with`] of a text, whose own references start at a folder; `name` stands for the file in errors.
+///
+/// # Errors
+/// As [`read_rover`].
+pub fn parse_rover_in(
+    text: &str,
+    name: &str,
+    folder: &Path,
+    registry: &Registry,
+) -> Result<Rover, DataError> {
+    let mut rover = parse_rover_with(text, name, registry)?;
+    let origin = Origin::configuration(name);
+    // An id of the user's own catalogue can only be looked up now that the folder is known.
     if let Some(Start::Id(id)) = &rover.terrain.start
         && names_a_file(&rover.terrain.hypotheses)
     {
-        let folder = path.parent().unwrap_or(Path::new(""));
         let own = read_terrains(folder.join(&rover.terrain.hypotheses))?;
-        check_start(&text, &origin, id, &own)?;
+        let law = registry.law(&rover.terrain.model).map_err(|e| {
+            origin.fail_file(Problem::from_model(e, "a registered model or effect"))
+        })?;
+        rover.terrain.start = Some(own_start(text, &origin, id, &own, &law)?);
     }
     Ok(rover)
 }
 
-/// A rover (or rig) file given as text; `name` stands for the file in errors.
+/// A rover (or rig) file given as text; `name` stands for the file in errors. No other file is read: a start in a
+/// catalogue of the user's own stays an id.
 ///
 /// # Errors
 /// As [`read_rover`].

@@ -55,19 +55,13 @@ fn read_start(s: &Section<'_>, law: &Law, own_catalogue: bool) -> Result<Option<
     };
     match entry.value {
         DeValue::String(id) => {
-            // An id of the user's own catalogue is looked up by `read_rover`, which knows the folder.
-            match catalogue::find(id) {
-                Ok(terrain) => {
-                    let complete = terrain.parameters(law.model());
-                    complete
-                        .map_err(|e| s.document.fail(&entry.at, Problem::IncompleteTerrain(e)))?;
-                }
-                Err(_) if own_catalogue => {}
-                Err(e) => {
-                    let expected = "a terrain id, or a table of parameters";
-                    let problem = Problem::from_model(e, expected);
-                    return Err(s.document.fail(&entry.at, problem));
-                }
+            // With a catalogue of the user's own, `read_rover` looks the id up: it knows the folder.
+            if !own_catalogue {
+                let expected = "a terrain id, or a table of parameters";
+                let known = catalogue::find(id).map_err(|e| Problem::from_model(e, expected));
+                known
+                    .and_then(|soil| complete(soil, law))
+                    .map_err(|problem| s.document.fail(&entry.at, problem))?;
             }
             Ok(Some(Start::Id(id.to_string())))
         }
@@ -138,30 +132,42 @@ fn read_sds(s: &Section<'_>, key: &str, law: &Law) -> Result<BTreeMap<String, f6
     Ok(sds)
 }
 
-/// Checks a start id that the built-in catalogue lacks against the user's own.
-pub(crate) fn check_start(
+/// A soil gives all that the model needs.
+fn complete(soil: &Terrain, law: &Law) -> Result<(), Problem> {
+    let found = soil.parameters(law.model());
+    found.map(drop).map_err(Problem::IncompleteTerrain)
+}
+
+/// The soil of a start id where the user has a catalogue of their own: its row, or else that of the built-in one.
+pub(crate) fn own_start(
     text: &str,
     origin: &Origin,
     id: &str,
     own: &[Terrain],
-) -> Result<(), DataError> {
-    if catalogue::find(id).is_ok() || own.iter().any(|t| t.id == id) {
-        return Ok(());
-    }
-    let problem = Problem::UnknownName {
-        kind: "terrain",
-        name: id.to_owned(),
-        expected: "an id of the built-in catalogue or of the hypotheses file".to_owned(),
-        nearest: nearest(id, own.iter().map(|t| t.id.as_ref())),
+    law: &Law,
+) -> Result<Start, DataError> {
+    let found = match own.iter().find(|t| t.id == id) {
+        Some(soil) => complete(soil, law).map(|()| Start::Own(Box::new(soil.clone()))),
+        None => match catalogue::find(id) {
+            Ok(soil) => complete(soil, law).map(|()| Start::Id(id.to_owned())),
+            Err(_) => Err(Problem::UnknownName {
+                kind: "terrain",
+                name: id.to_owned(),
+                expected: "an id of the built-in catalogue or of the hypotheses file".to_owned(),
+                nearest: nearest(id, own.iter().map(|t| t.id.as_ref())),
+            }),
+        },
     };
-    // The text was parsed before; it is parsed again only to find the place.
-    let document = Document {
-        origin: origin.clone(),
-        text,
-    };
-    let at = DeTable::parse(text).ok().and_then(|table| {
-        let terrain = table.get_ref().get("terrain")?.get_ref().as_table()?;
-        Some(terrain.get("start")?.span())
-    });
-    Err(document.fail(&at.unwrap_or(0..0), problem))
+    found.map_err(|problem| {
+        // The text was parsed before; it is parsed again only to find the place.
+        let document = Document {
+            origin: origin.clone(),
+            text,
+        };
+        let at = DeTable::parse(text).ok().and_then(|table| {
+            let terrain = table.get_ref().get("terrain")?.get_ref().as_table()?;
+            Some(terrain.get("start")?.span())
+        });
+        document.fail(&at.unwrap_or(0..0), problem)
+    })
 }

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use terra_model::catalogue::Terrain;
 use terra_model::{SlipConvention, Vehicle};
 
 /// `[vehicle]`.
@@ -54,8 +55,10 @@ pub struct Drivetrain {
 /// Prior centre of the soil.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Start {
-    /// A catalogue id.
+    /// An id of the built-in catalogue.
     Id(String),
+    /// A soil of the user's own catalogue, the file that `hypotheses` names: looked up where the rover file is read.
+    Own(Box<Terrain>),
     /// Parameter values by name, SI and rad; `k_eq` is allowed for k_c/b + k_phi.
     Values(BTreeMap<String, f64>),
 }

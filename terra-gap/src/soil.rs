@@ -34,6 +34,7 @@ pub(crate) fn free_soil(law: &Law, rover: &Rover) -> Result<FitSpace, GapError> 
         Start::Id(id) => {
             FitSpace::new(law, Centre::Terrain(catalogue::find(id)?), &widths, &priors)
         }
+        Start::Own(soil) => FitSpace::new(law, Centre::Terrain(soil), &widths, &priors),
         Start::Values(values) => FitSpace::new(law, Centre::Values(values), &widths, &priors),
     };
     space.map_err(|e| GapError::Soil(e.to_string()))

@@ -14,6 +14,7 @@ use crate::error::SimError;
 pub(crate) fn parameters(terrain: &Start, model: &dyn AnyModel) -> Result<Vec<f64>, SimError> {
     let values = match terrain {
         Start::Id(id) => return Ok(catalogue::find(id)?.parameters(model)?),
+        Start::Own(soil) => return Ok(soil.parameters(model)?),
         Start::Values(values) => values,
     };
     let names = || model.params().iter().map(|p| p.name);

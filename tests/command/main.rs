@@ -18,6 +18,7 @@ mod init;
 mod inspect;
 mod lists;
 mod missing;
+mod own_soils;
 mod reverse;
 mod rig;
 mod same_bytes;

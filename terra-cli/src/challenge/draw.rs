@@ -164,6 +164,7 @@ impl Soils {
                     &widths,
                     &priors,
                 )?,
+                Start::Own(soil) => FitSpace::new(&law, Centre::Terrain(soil), &widths, &priors)?,
                 Start::Values(values) => {
                     FitSpace::new(&law, Centre::Values(values), &widths, &priors)?
                 }

@@ -262,6 +262,7 @@ fn sealed(effect: &EffectSetting) -> SealedEffect {
 fn around(start: &Start) -> Value {
     match start {
         Start::Id(id) => json!(id),
+        Start::Own(soil) => json!(soil.id),
         Start::Values(values) => json!(values),
     }
 }

@@ -95,7 +95,7 @@ fn of_rover(rover: &Rover, owed: &mut BTreeSet<Owed>) -> Result<(), CliError> {
     }
     match &rover.terrain.start {
         // A start of the user's own catalogue is covered by the line above.
-        Some(Start::Id(id)) if catalogue::find(id).is_err() => Ok(()),
+        Some(Start::Own(_)) => Ok(()),
         Some(start) => of_soil(start, owed),
         None => Ok(()),
     }
@@ -142,6 +142,7 @@ fn of_effect(name: &str, form: Option<&str>, owed: &mut BTreeSet<Owed>) {
 fn of_soil(start: &Start, owed: &mut BTreeSet<Owed>) -> Result<(), CliError> {
     let (name, reference) = match start {
         Start::Id(id) => (id.clone(), in_full(&catalogue::find(id)?.source)),
+        Start::Own(soil) => (soil.id.to_string(), in_full(&soil.source)),
         Start::Values(_) => (
             "given by value".to_owned(),
             "your own parameters: cite where they were measured".to_owned(),

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use clap::ValueEnum;
 use serde_json::Value;
 use terra_data::{
-    LogKind, Rover, SoilSharing, parse_rover_with, read_rover_with, write_drive_log_to,
+    LogKind, Rover, SoilSharing, parse_rover_in, read_rover_with, write_drive_log_to,
     write_rig_log_to,
 };
 use terra_gap::{HoldOut, Settings, to_json};
@@ -70,7 +70,7 @@ impl Source {
             Source::File(path) => input::rover_with(path, registry),
             Source::Memory { name, bytes } => {
                 let text = String::from_utf8_lossy(bytes);
-                let rover = parse_rover_with(&text, name, registry)?;
+                let rover = parse_rover_in(&text, name, Path::new(""), registry)?;
                 Ok((rover, input::sha256(bytes)))
             }
         }
