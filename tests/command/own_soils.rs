@@ -1,5 +1,5 @@
 //! A catalogue of the user's own beside the built-in one: what its file names is what counts, also under a name that both
-//! know.
+//! know, and its sources are cited.
 
 use std::f64::consts::PI;
 use std::fs;
@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
-use crate::support::{example, folder, json, terra};
+use crate::support::{example, folder, json, list, terra, text};
 
 /// A soil much softer than the built-in `dry_sand`, under that name and under one of its own; the second without a source.
 const OWN: &str = "id,set,name,n,kc_kN_m_n1,kphi_kN_m_n2,c_kPa,phi_deg,K_m,c1,c2,conf,source_note\n\
@@ -83,4 +83,37 @@ fn a_start_is_the_row_of_the_file_that_hypotheses_names() {
             done.err
         );
     }
+}
+
+#[test]
+fn the_sources_of_the_users_rows_are_cited() {
+    let at = place("own_cited");
+    let cited = |start: &str| -> Vec<(String, String, String)> {
+        rover(&at, start, "hypotheses = \"own.csv\"\n");
+        let found: Value =
+            serde_json::from_str(&terra(&at, "cite rig.toml --json").ok().out).unwrap();
+        list(&found["references"])
+            .iter()
+            .map(|r| ["kind", "name", "reference"].map(|k| text(&r[k]).to_owned()))
+            .map(|[kind, name, reference]| (kind, name, reference))
+            .filter(|(kind, ..)| kind.starts_with("soil"))
+            .collect()
+    };
+    let all = cited("\"dry_sand\"");
+    let has = |kind: &str, name: &str, word: &str| {
+        all.iter()
+            .any(|(k, n, r)| k == kind && n == name && r.contains(word))
+    };
+    assert!(has("soil", "dry_sand", "shear box, May"), "{all:?}");
+    assert!(has("soils", "own.csv", "shear box, May"), "{all:?}");
+    // A row without a source is not passed over in silence, and nothing of the built-in soil of that name is cited.
+    assert!(has("soils", "own.csv", "source_note"), "{all:?}");
+    assert_eq!(all.len(), 3, "{all:?}");
+    assert!(all.iter().all(|r| !r.2.contains("Wong")), "{all:?}");
+    let bench = cited("\"bench\"");
+    let start = bench.iter().find(|(kind, ..)| kind == "soil").unwrap();
+    assert!(
+        start.1 == "bench" && start.2.contains("source_note"),
+        "{start:?}"
+    );
 }

@@ -4,7 +4,8 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 use serde_json::{Value, json};
-use terra_data::{Rover, Start, read_rover};
+use terra_data::{Start, hypothesis_terrains, names_a_file, read_rover};
+use terra_model::catalogue::Terrain;
 use terra_model::{Registry, catalogue};
 use terra_sim::Scenario;
 
@@ -50,9 +51,9 @@ fn owed(path: &Path) -> Result<BTreeSet<Owed>, CliError> {
             }
             of_soil(&scenario.left, &mut owed)?;
             of_soil(&scenario.right, &mut owed)?;
-            of_rover(&read_rover(scenario.rover_path(path))?, &mut owed)?;
+            of_rover(&scenario.rover_path(path), &mut owed)?;
         }
-        None => of_rover(&read_rover(path)?, &mut owed)?,
+        None => of_rover(path, &mut owed)?,
     }
     Ok(owed)
 }
@@ -71,34 +72,44 @@ fn scenario(path: &Path) -> Result<Option<Scenario>, CliError> {
     })
 }
 
-fn of_rover(rover: &Rover, owed: &mut BTreeSet<Owed>) -> Result<(), CliError> {
+fn of_rover(path: &Path, owed: &mut BTreeSet<Owed>) -> Result<(), CliError> {
+    let rover = read_rover(path)?;
     of_law(&rover.terrain.model, owed)?;
-    match catalogue::set(&rover.terrain.hypotheses) {
-        Ok(soils) => {
-            for soil in soils {
-                owed.insert(Owed {
-                    kind: "soils",
-                    name: rover.terrain.hypotheses.clone(),
-                    // What follows the semicolon is about one soil.
-                    reference: in_full(soil.source.split(';').next().unwrap_or_default()),
-                });
-            }
-        }
-        // A file of the user's own, whose sources only the user knows.
-        Err(_) => {
-            owed.insert(Owed {
-                kind: "soils",
-                name: rover.terrain.hypotheses.clone(),
-                reference: "your own catalogue: cite what its soils were taken from".to_owned(),
-            });
-        }
+    let settings = &rover.terrain;
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let own = names_a_file(&settings.hypotheses);
+    let file = folder.join(&settings.hypotheses).display().to_string();
+    for soil in hypothesis_terrains(settings, folder)? {
+        owed.insert(Owed {
+            kind: "soils",
+            name: settings.hypotheses.clone(),
+            reference: match own {
+                true => own_source(&soil, &file),
+                // What follows the semicolon is about one soil.
+                false => in_full(soil.source.split(';').next().unwrap_or_default()),
+            },
+        });
     }
-    match &rover.terrain.start {
-        // A start of the user's own catalogue is covered by the line above.
-        Some(Start::Own(_)) => Ok(()),
+    match &settings.start {
+        Some(Start::Own(soil)) => {
+            owed.insert(Owed {
+                kind: "soil",
+                name: soil.id.to_string(),
+                reference: own_source(soil, &file),
+            });
+            Ok(())
+        }
         Some(start) => of_soil(start, owed),
         None => Ok(()),
     }
+}
+
+/// What a row of the user's own catalogue says of its source; one that says nothing stands under its file's name.
+fn own_source(soil: &Terrain, file: &str) -> String {
+    if soil.source == file {
+        return "your own catalogue: cite what its soils were taken from (a column source_note keeps it)".to_owned();
+    }
+    in_full(&soil.source)
 }
 
 /// The catalogue's short name of its main source, written out.
