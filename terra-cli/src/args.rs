@@ -33,6 +33,9 @@ pub(crate) enum Command {
         /// Folder for the results.
         #[arg(long, default_value = "terra-demo")]
         out: PathBuf,
+        /// Folder for each figure of the report as SVG, and its numbers as CSV.
+        #[arg(long, value_name = "DIR")]
+        figures: Option<PathBuf>,
     },
     /// Terrain models: what they are, their parameters and sources.
     Models {

@@ -61,6 +61,39 @@ fn demo_identifies_and_names() {
     );
 }
 
+/// Every figure of the page is a pair of files: a picture that is XML, and its numbers. The page itself stays the same.
+#[test]
+fn figures_of_the_report_are_files() {
+    let folder = folder("demo_figures");
+    let done = terra(&folder, "demo --out with --figures drawn --quiet").ok();
+    assert!(done.out.contains("drawn"), "{}", done.out);
+    let page = std::fs::read_to_string(folder.join("with/report.html")).unwrap();
+    let drawn = contents(&folder.join("drawn"));
+    let pictures: Vec<&str> = drawn
+        .keys()
+        .filter_map(|name| name.strip_suffix(".svg"))
+        .collect();
+    // Each figure of the page offers its numbers under the name of its files.
+    let offered = page.matches("data-file=\"").count();
+    assert!(offered > 3 && pictures.len() == offered, "{pictures:?}");
+    assert_eq!(drawn.len(), 2 * offered);
+    for name in pictures {
+        assert!(page.contains(&format!("data-file=\"{name}\"")), "{name}");
+        let svg = String::from_utf8_lossy(&drawn[&format!("{name}.svg")]).into_owned();
+        assert!(svg.starts_with("<svg ") && svg.trim_end().ends_with("</svg>"));
+        let csv = String::from_utf8_lossy(&drawn[&format!("{name}.csv")]).into_owned();
+        assert!(csv.starts_with("series,") && csv.lines().count() > 1);
+    }
+    terra(&folder, "demo --out without --quiet").ok();
+    assert!(contents(&folder.join("with")) == contents(&folder.join("without")));
+    // A folder that cannot be is refused before any work.
+    let refused = terra(
+        &folder,
+        "demo --out with --figures with/report.html --quiet",
+    );
+    assert_eq!(refused.code, 4, "{}", refused.err);
+}
+
 /// Starts the demo, interrupts it after a while, and says how it ended.
 fn interrupted(folder: &Path, after: Duration) -> Option<i32> {
     let mut child = terra_in(folder)

@@ -1,7 +1,7 @@
 //! `terra demo`: the main job end to end on embedded input.
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use terra_data::{
@@ -13,6 +13,7 @@ use terra_mme::HypothesisSet;
 use terra_model::{Registry, catalogue};
 use terra_sim::{paper, simulate_drive};
 
+use crate::args::ReportArgs;
 use crate::commands::{gap, identify, identify_view};
 use crate::error::CliError;
 use crate::identify::{IdentifyOptions, identify_drive_among, to_json as identify_json};
@@ -38,11 +39,17 @@ const CITATION: &str =
     "L. Ding et al., J. Terramechanics 48(1):27-45, 2011, figures 8 and 9 (smooth wheel, 80 N)";
 const SOIL: &str = "lean_clay_22";
 
-pub(crate) fn run(out: &Path, quiet: bool) -> Result<(), CliError> {
+pub(crate) fn run(out: &Path, figures: Option<PathBuf>, quiet: bool) -> Result<(), CliError> {
     std::fs::create_dir_all(out).map_err(|reason| CliError::Write {
         target: out.display().to_string(),
         reason,
     })?;
+    let files = ["identify.json", "verdict.json", "report.html"].map(|name| out.join(name));
+    let report = ReportArgs {
+        html: Some(files[2].clone()),
+        figures,
+    };
+    output::claim_with(&report, &[Some(&files[0]), Some(&files[1])], &[])?;
     let registry = Registry::builtin();
 
     let spinner = Spinner::start(
@@ -123,16 +130,18 @@ pub(crate) fn run(out: &Path, quiet: bool) -> Result<(), CliError> {
             ),
         ],
     };
-    let files = ["identify.json", "verdict.json", "report.html"].map(|name| out.join(name));
     output::json(
         Some(&files[0]),
         &identify_json(&id, &log_sha, &sha256(rover_text.as_bytes())),
     )?;
     output::json(Some(&files[1]), &to_json(&diagnosis, &provenance))?;
-    output::text(Some(&files[2]), &page.render()?)?;
+    output::report(&report, || page)?;
     text.push_str("\nwritten:\n");
     for file in &files {
         text.push_str(&format!("  {}\n", file.display()));
+    }
+    if let Some(folder) = &report.figures {
+        text.push_str(&format!("  {} (figures)\n", folder.display()));
     }
     output::stdout(&text)
 }

@@ -42,7 +42,7 @@ pub(crate) fn dispatch(args: Args) -> Result<(), CliError> {
     }
     let quiet = args.quiet;
     match args.command {
-        Command::Demo { out } => demo::run(&out, quiet),
+        Command::Demo { out, figures } => demo::run(&out, figures, quiet),
         Command::Models { json } => lists::models(json),
         Command::Effects { json } => lists::effects(json),
         Command::Terrains { json } => lists::terrains(json),
