@@ -1,5 +1,6 @@
 //! `terra export`: a soil, known or identified, for another simulator.
 
+use std::f64::consts::FRAC_PI_2;
 use std::path::Path;
 
 use serde_json::Value;
@@ -195,6 +196,9 @@ fn refined(group: &Value, soils: &Soils) -> Result<Terrain, String> {
         let value = found["mean"]
             .as_f64()
             .ok_or_else(|| format!("{parameter} has no mean"))?;
+        if !possible(parameter, value) {
+            return Err(format!("{parameter} = {value} is that of no soil"));
+        }
         match parameter.as_str() {
             "k_eq" => (soil.k_c, soil.k_phi) = (0.0, value),
             "k_c" => soil.k_c = value,
@@ -213,4 +217,39 @@ fn refined(group: &Value, soils: &Soils) -> Result<Terrain, String> {
     soil.confidence = Confidence::Own;
     soil.source = format!("refined by `terra identify` from {start} ({})", soil.source).into();
     Ok(soil)
+}
+
+/// Whether a soil can have that value \[SI, rad\]: what the readers of soils take.
+fn possible(parameter: &str, value: f64) -> bool {
+    match parameter {
+        "k_eq" | "k_phi" | "cohesion" => value >= 0.0,
+        "sinkage_exponent" | "shear_modulus" => value > 0.0,
+        "friction_angle" => (0.0..FRAC_PI_2).contains(&value),
+        _ => true,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    /// What is exported can be read again, so a file that claims an impossible soil is refused by the parameter.
+    #[test]
+    fn an_impossible_soil_is_not_exported() {
+        let soils = Soils::open(None).unwrap();
+        let group = |parameter: &str, mean: f64| json!({ "refined": { "start": "dry_sand", "parameters": { parameter: { "mean": mean } } } });
+        assert!(refined(&group("cohesion", 0.0), &soils).is_ok());
+        for (parameter, mean) in [
+            ("cohesion", -1.0),
+            ("k_eq", -1.0),
+            ("sinkage_exponent", 0.0),
+            ("shear_modulus", 0.0),
+            ("friction_angle", 1.6),
+        ] {
+            let why = refined(&group(parameter, mean), &soils).unwrap_err();
+            assert!(why.contains(parameter), "{why}");
+        }
+    }
 }
