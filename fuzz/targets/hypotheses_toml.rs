@@ -23,6 +23,10 @@ static ROVER: LazyLock<Source> = LazyLock::new(|| Source::Memory {
 });
 
 fuzz_target!(|data: &[u8]| run(|| {
+    // A plan may ask for a million hypotheses and then has them: that is long, and no finding.
+    if data.windows(5).any(|w| w.iter().all(u8::is_ascii_digit)) {
+        return;
+    }
     let plan = PLACE.put("plan.toml", data);
     let Ok(set) = hypotheses(&ROVER, &REGISTRY, plan.to_str()) else {
         return;
