@@ -234,8 +234,10 @@ impl Calibration {
             .collect()
     }
 
-    /// Learns from cases; what they are too few to show stays as `fallback` has it.
+    /// Learns from cases; what they are too few to show stays as `fallback` has it. A case without answers, of a log that
+    /// tells nothing, teaches nothing and is not counted.
     pub fn learn(cases: &[Case], fallback: &Calibration, source: String) -> Self {
+        let cases: Vec<&Case> = cases.iter().filter(|c| !c.weights.is_empty()).collect();
         let mut out = Calibration {
             cases: cases.len(),
             source,
@@ -244,7 +246,8 @@ impl Calibration {
         if cases.is_empty() {
             return out;
         }
-        let needless: Vec<f64> = cases.iter().filter_map(Case::needless_gain).collect();
+        let needless = cases.iter().filter_map(|c| c.needless_gain());
+        let needless: Vec<f64> = needless.collect();
         if let Some(gain) = upper_quantile(&needless, 0.95) {
             out.second_gain = gain.max(0.0);
         }
@@ -346,6 +349,29 @@ mod tests {
         // Three in ten truths stand behind .7 of probability: the set must go past it.
         assert!(learned.set_probability >= 0.68, "{learned:?}");
         assert_eq!(learned.null_gain, 3.0);
+    }
+
+    /// A log that tells nothing has no answers, and a case of it changes nothing.
+    #[test]
+    fn a_case_without_answers_teaches_nothing() {
+        let cases = |silent: usize| -> Vec<Case> {
+            let told = |k: usize| Case {
+                truth: k % 2,
+                causes: 1,
+                weights: vec![single(-0.7, 5.0), single(-0.7, 0.0)],
+                another_form: false,
+            };
+            let silent = (0..silent).map(|_| Evidence::default().case("slope"));
+            (0..20).map(told).chain(silent).collect()
+        };
+        let learned = |silent| Calibration::learn(&cases(silent), &start(), "test".to_owned());
+        assert_eq!(learned(3), learned(0));
+        assert_eq!(learned(3).cases, 20);
+        let nothing: Vec<Case> = cases(3).split_off(20);
+        assert_eq!(
+            Calibration::learn(&nothing, &start(), String::new()).cases,
+            0
+        );
     }
 
     /// Evidence of a hundred nats that is wrong once in ten: no temperature mends that, the floor does.
