@@ -211,7 +211,16 @@ fn joined(
 mod tests {
     use super::*;
     use crate::drive::ROVER;
+    use std::ops::Range;
     use terra_data::{Segment, Series, parse_rover};
+
+    fn numbered(rows: [Range<usize>; 3]) -> Vec<Segment> {
+        let named = |(k, rows): (usize, _)| Segment {
+            name: k.to_string(),
+            rows,
+        };
+        rows.into_iter().enumerate().map(named).collect()
+    }
 
     /// 1 m/s ahead, a new run at -1 m/s, and its continuation: x = t, then x = -t from its own start to the end. The first
     /// window of a manoeuvre is left out, but driven.
@@ -231,14 +240,7 @@ mod tests {
         log.wheel_speed = std::array::from_fn(|_| wheel.clone());
         log.wheel_torque = Some(std::array::from_fn(|_| torque.clone()));
         log.ground_speed = Some(speed);
-        log.segments = [0..200, 200..400, 400..600]
-            .into_iter()
-            .enumerate()
-            .map(|(k, rows)| Segment {
-                name: k.to_string(),
-                rows,
-            })
-            .collect();
+        log.segments = numbered([0..200, 200..400, 400..600]);
         let rover = parse_rover(ROVER, "rover.toml").unwrap();
         let (data, _) = all_windows(&log, &rover).unwrap();
         assert_eq!(data.observations.len(), 27);
@@ -296,14 +298,7 @@ mod tests {
         log.wheel_speed = std::array::from_fn(|_| wheel.clone());
         log.wheel_torque = Some(std::array::from_fn(|_| torque.clone()));
         log.ground_speed = Some(speed);
-        log.segments = [0..800, 800..810, 810..3000]
-            .into_iter()
-            .enumerate()
-            .map(|(k, rows)| Segment {
-                name: k.to_string(),
-                rows,
-            })
-            .collect();
+        log.segments = numbered([0..800, 800..810, 810..3000]);
         let rover = parse_rover(ROVER, "rover.toml").unwrap();
         let said = |windows: &DriveWindows| {
             let (data, predictor) = from_logs(&Logs::one(windows), &rover, 40).unwrap();

@@ -114,7 +114,7 @@ fn series_of(log: &DriveLog) -> [&Option<Series>; 8] {
     ]
 }
 
-/// A log of what a window reads, from series made by `one` and `four`.
+/// A log of what a window reads; `singles` in the order of [`series_of`].
 fn assemble(
     time: Vec<f64>,
     segments: Vec<Segment>,
