@@ -6,7 +6,9 @@
 //! nothing, as where the truth is no hypothesis at all. Two causes that follow a log together may stand for one of them in
 //! another form, or for what is in no library: a share δ of a pair's probability goes to unknown by one half and by the
 //! other to the part that says more alone. An effect whose formula had to be left free may stand for one that is in no
-//! library as well: a share of its probability goes to unknown, by choice. T, ε and δ minimise Σ -ln P(truth); the set is the smallest whose probability
+//! library as well: a share of its probability goes to unknown, by choice. A second cause needs a gain γ over the best single
+//! one: chosen among hundreds of pairs, it gains by chance. T, ε, δ and γ minimise Σ -ln P(truth), γ only where cases with two
+//! causes say what it costs, else it is the 95 % quantile of what needless ones gained. The set is the smallest whose probability
 //! reaches the level that held the truth in 90 % of the cases, or else all that the floor leaves; a name needs a gain above the
 //! 95 % quantile of what the best effect gained on cases without any.
 //!
@@ -40,7 +42,7 @@ pub struct Calibration {
     pub set_probability: f64,
     /// Gain \[nats\] that the best effect stays below on 95 % of logs without any.
     pub null_gain: f64,
-    /// Gain \[nats\] that a second cause adds to one alone on fewer than 5 % of logs with one.
+    /// γ \[nats\]: what a second cause must add to the best one alone.
     pub second_gain: f64,
     /// Cases it was made from; 0 when it is a choice.
     pub cases: usize,
@@ -139,6 +141,12 @@ const HIGHEST_TEMPERATURE: f64 = 30.0;
 const FLOORS: [f64; 9] = [0.0, 0.005, 0.01, 0.02, 0.03, 0.05, 0.08, 0.12, 0.2];
 /// Doubts that are tried.
 const DOUBTS: [f64; 10] = [0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9];
+/// Gains \[nats\] of a second cause that are tried: up to the last, in steps of one half.
+const SECOND_GAINS: u32 = 40;
+/// Loss \[nats\] over all cases by which two such gains are as good as each other.
+const FLAT: f64 = 0.01;
+/// Cases with two causes from which they say what asking more of a second one costs.
+const ENOUGH_PAIRS: usize = 20;
 
 #[derive(Deserialize)]
 struct Table {
@@ -251,22 +259,11 @@ impl Calibration {
         if let Some(gain) = upper_quantile(&needless, 0.95) {
             out.second_gain = gain.max(0.0);
         }
-        // On a grid: the loss is smooth and its minimum broad.
-        let steps = 60;
-        let mut best = f64::INFINITY;
-        for (floor, pair_doubt) in FLOORS.iter().flat_map(|f| DOUBTS.map(|d| (*f, d))) {
-            for k in 0..=steps {
-                let mut trial = out.clone();
-                (trial.floor, trial.pair_doubt) = (floor, pair_doubt);
-                trial.temperature = HIGHEST_TEMPERATURE.powf(f64::from(k) / f64::from(steps));
-                let loss: f64 = cases
-                    .iter()
-                    .map(|c| -trial.probabilities(&c.weights)[c.truth].max(1e-9).ln())
-                    .sum();
-                if loss < best {
-                    (best, out) = (loss, trial);
-                }
-            }
+        out.learn_doubts(&cases);
+        let pairs = cases.iter().filter(|c| c.weights[c.truth].second);
+        if pairs.count() >= ENOUGH_PAIRS {
+            out.learn_second_gain(&cases);
+            out.learn_doubts(&cases);
         }
         let levels: Vec<f64> = cases.iter().map(|c| out.level_of(c)).collect();
         if let Some(level) = upper_quantile(&levels, 0.9) {
@@ -283,6 +280,49 @@ impl Calibration {
             out.null_gain = gain.max(0.0);
         }
         out
+    }
+
+    /// Σ -ln P(truth).
+    fn loss(&self, cases: &[&Case]) -> f64 {
+        let surprise = |c: &&Case| -self.probabilities(&c.weights)[c.truth].max(1e-9).ln();
+        cases.iter().map(surprise).sum()
+    }
+
+    /// Temperature, floor and doubt of pairs of the least loss, on a grid: it is smooth and its minimum broad.
+    fn learn_doubts(&mut self, cases: &[&Case]) {
+        let steps = 60;
+        let mut best = f64::INFINITY;
+        for (floor, pair_doubt) in FLOORS.iter().flat_map(|f| DOUBTS.map(|d| (*f, d))) {
+            for k in 0..=steps {
+                let mut trial = self.clone();
+                (trial.floor, trial.pair_doubt) = (floor, pair_doubt);
+                trial.temperature = HIGHEST_TEMPERATURE.powf(f64::from(k) / f64::from(steps));
+                let loss = trial.loss(cases);
+                if loss < best {
+                    (best, *self) = (loss, trial);
+                }
+            }
+        }
+    }
+
+    /// Gain of a second cause of the least loss. Between the largest needless gain and the least one of a true pair the loss
+    /// is flat: the middle is as far from either mistake.
+    fn learn_second_gain(&mut self, cases: &[&Case]) {
+        let losses = (0..=SECOND_GAINS).map(|k| {
+            let mut trial = self.clone();
+            trial.second_gain = 0.5 * f64::from(k);
+            (trial.second_gain, trial.loss(cases))
+        });
+        let losses: Vec<(f64, f64)> = losses.collect();
+        let least = losses.iter().map(|l| l.1).fold(f64::INFINITY, f64::min);
+        let flat: Vec<f64> = losses
+            .iter()
+            .filter(|l| l.1 <= least + FLAT)
+            .map(|l| l.0)
+            .collect();
+        if let (Some(first), Some(last)) = (flat.first(), flat.last()) {
+            self.second_gain = 0.5 * (first + last);
+        }
     }
 
     /// Probability that must be gathered, best first, before the truth joins the set.
@@ -422,6 +462,35 @@ mod tests {
         assert_eq!(c.probabilities(&[single(-1.0, 10.0), pair(12.9)])[1], 0.0);
         let p = c.probabilities(&[single(-1.0, 10.0), pair(15.0)])[1];
         assert!((p - 1.0 / (1.0 + (2.0f64 - 5.0).exp())).abs() < 1e-12);
+    }
+
+    /// One cause beside which a needless second one gains up to 8 nats, two causes of which the second gains 16 or more: what is
+    /// asked for lies between, nearer to neither. With one cause alone in every case it is the quantile of what is needless.
+    #[test]
+    fn what_a_second_cause_must_gain_weighs_both_mistakes() {
+        let case = |pair: f64, two: bool| Case {
+            truth: if two { 1 } else { 0 },
+            causes: 2,
+            weights: vec![
+                single(-1.0, 10.0),
+                Weight {
+                    ln_prior: -3.0,
+                    gain: 10.0 + pair,
+                    second: true,
+                    parts: Some([0, 0]),
+                    free: false,
+                },
+                single(-1.0, 0.0),
+                single(-3.0, 0.0),
+            ],
+            another_form: false,
+        };
+        let mut cases: Vec<Case> = (0..80).map(|k| case(f64::from(k) / 10.0, false)).collect();
+        let alone = Calibration::learn(&cases, &start(), "test".to_owned());
+        assert!((alone.second_gain - 7.6).abs() < 1e-9, "{alone:?}");
+        cases.extend((0..20).map(|k| case(16.0 + f64::from(k), true)));
+        let both = Calibration::learn(&cases, &start(), "test".to_owned());
+        assert!((9.0..15.0).contains(&both.second_gain), "{both:?}");
     }
 
     /// Pairs that are right half of the time and otherwise something unknown, in as strong a voice: half of their probability

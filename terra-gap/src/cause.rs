@@ -193,8 +193,10 @@ impl Answers {
             probability_none = 0.0;
         }
         causes.sort_by(|a, b| {
+            // Where something unknown takes all, the floor leaves all causes alike: their evidences still order them.
             b.probability
                 .total_cmp(&a.probability)
+                .then_with(|| b.log_evidence_gain.total_cmp(&a.log_evidence_gain))
                 .then_with(|| a.name.cmp(&b.name))
         });
         let mut answers: Vec<(f64, String)> = causes

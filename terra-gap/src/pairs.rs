@@ -16,7 +16,7 @@ use crate::settings::LogKind;
 use crate::setup::Screened;
 use crate::signatures::{Asked, screen_all};
 use crate::starts::start_anew;
-use crate::weigh::{Amplitudes, NEAR, Weighed, again, contest, weigh, weigh_at};
+use crate::weigh::{Amplitudes, NEAR, Weighed, again, contest, weigh, weigh_at, weigh_roughly};
 
 /// Screened gain that a second cause of a drive must promise to be fitted: calibrated thresholds ask for more.
 const PARTNER_FROM: f64 = 1.0;
@@ -73,7 +73,8 @@ fn by_screen(
         .collect()
 }
 
-/// Best partners of the best singles, screened around them, then fitted jointly.
+/// Best partners of the best singles, screened around them, then fitted jointly; on few windows where the noise will be taken
+/// anew at the best of them (`roughly`), and only the way there is asked for.
 pub(crate) fn confirm_pairs<P: Predictor>(
     data: &DataSet,
     predictor: &P,
@@ -87,6 +88,7 @@ pub(crate) fn confirm_pairs<P: Predictor>(
     kind: LogKind,
     contrast: bool,
     previous: Option<Before<'_>>,
+    roughly: bool,
     anew: &mut Vec<String>,
 ) -> Vec<Weighed> {
     // Against another simulator's log the wheel law's form is off, and a second cause beside an effect of the ground would only
@@ -193,14 +195,21 @@ pub(crate) fn confirm_pairs<P: Predictor>(
             unique.push((a, b, start, guess));
         }
     }
-    let mut pairs: Vec<Weighed> = unique
+    let both = |a: usize, b: usize| {
+        let first = null.with(Arc::clone(&asked[a])).ok()?;
+        first.with(Arc::clone(&asked[b])).ok()
+    };
+    let mut pairs = vec![];
+    if roughly {
+        let fresh = |h: &Hypothesis| previous.is_none_or(|p| p.pair(&h.effect_name()).is_none());
+        (pairs, unique) = lead(data, predictor, levels, unique, |a, b| {
+            both(a, b).filter(fresh)
+        });
+    }
+    let fitted: Vec<Weighed> = unique
         .into_par_iter()
         .filter_map(|(a, b, start, guess)| {
-            let h = null
-                .with(Arc::clone(&asked[a]))
-                .ok()?
-                .with(Arc::clone(&asked[b]))
-                .ok()?;
+            let h = both(a, b)?;
             let before = previous.and_then(|p| Some((p, p.pair(&h.effect_name())?)));
             if let Some((p, found)) = before {
                 let h = &found.hypothesis;
@@ -210,13 +219,9 @@ pub(crate) fn confirm_pairs<P: Predictor>(
                 let starts = [found.plain.x.as_slice().to_vec()];
                 return weigh(data, predictor, h, levels, &starts, None, again(kind)).ok();
             }
-            let mut off = start.clone();
-            if let Some(last) = off.last_mut() {
-                *last = 0.0;
-            }
             let starts = match kind {
-                LogKind::Rig => vec![start.clone(), off],
-                LogKind::Drive => vec![off],
+                LogKind::Rig => vec![start.clone(), without_second(&start)],
+                LogKind::Drive => vec![without_second(&start)],
                 LogKind::Kinematic => vec![start.clone()],
             };
             let guess = (kind == LogKind::Drive).then_some(guess);
@@ -239,9 +244,54 @@ pub(crate) fn confirm_pairs<P: Predictor>(
             earned.then_some(pair)
         })
         .collect();
-    if kind == LogKind::Drive {
+    pairs.extend(fitted);
+    if kind == LogKind::Drive && !roughly {
         let mut all: Vec<&mut Weighed> = pairs.iter_mut().collect();
         start_anew(data, predictor, levels, null.len(), &mut all, anew);
     }
     pairs
+}
+
+/// The start with its second cause left out.
+fn without_second(start: &[f64]) -> Vec<f64> {
+    let mut off = start.to_vec();
+    if let Some(last) = off.last_mut() {
+        *last = 0.0;
+    }
+    off
+}
+
+/// Pairs of a drive weighed where their ways on few windows end, and the jobs that are left: those that `fresh` has no
+/// hypothesis for, and the best of all where it cannot stand in every window.
+fn lead<P: Predictor>(
+    data: &DataSet,
+    predictor: &P,
+    levels: &Amplitudes,
+    jobs: Vec<Job>,
+    fresh: impl Fn(usize, usize) -> Option<Hypothesis> + Sync,
+) -> (Vec<Weighed>, Vec<Job>) {
+    let ended: Vec<(Job, Option<(f64, Option<Weighed>)>, bool)> = jobs
+        .into_par_iter()
+        .map(|job| {
+            let (a, b, start, guess) = &job;
+            let h = fresh(*a, *b);
+            let start = without_second(start);
+            let end = h
+                .as_ref()
+                .and_then(|h| weigh_roughly(data, predictor, h, levels, &start, Some(guess)));
+            (job, end, h.is_none())
+        })
+        .collect();
+    let costs = ended.iter().filter_map(|(_, end, _)| Some(end.as_ref()?.0));
+    let least = costs.fold(f64::INFINITY, f64::min);
+    let (mut found, mut left) = (vec![], vec![]);
+    for (job, end, known) in ended {
+        match end {
+            Some((_, Some(there))) => found.push(there),
+            Some((cost, None)) if cost <= least => left.push(job),
+            None if known => left.push(job),
+            _ => {}
+        }
+    }
+    (found, left)
 }

@@ -165,6 +165,7 @@ impl Round {
         let renewed = round.better(setup.kind);
         let far = |w: &Weighed| w.chi2_per_value() > PAIRS_FROM;
         if settings.combine >= 2 && (last || renewed.is_none_or(far)) {
+            let roughly = !last && renewed.is_some();
             let mut anew = std::mem::take(&mut round.anew);
             round.pairs = confirm_pairs(
                 data,
@@ -179,6 +180,7 @@ impl Round {
                 setup.kind,
                 setup.inherited.is_some(),
                 before,
+                roughly,
                 &mut anew,
             );
             round.anew = anew;

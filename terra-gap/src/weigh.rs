@@ -150,6 +150,23 @@ pub(crate) fn weigh_at<P: Predictor>(
     })
 }
 
+/// Weighs a rival of a drive where the way on few windows ends, enough to know where it leads: the cost there, and the rival
+/// unless some other window has no answer at that place. None where there is no way.
+pub(crate) fn weigh_roughly<P: Predictor>(
+    data: &DataSet,
+    predictor: &P,
+    hypothesis: &Hypothesis,
+    amplitudes: &Amplitudes,
+    start: &[f64],
+    guess: Option<&DMatrix<f64>>,
+) -> Option<(f64, Option<Weighed>)> {
+    let few = amplitudes.thin.as_ref()?;
+    let end = few.end(predictor, hypothesis, &[start.to_vec()], guess);
+    let end = end.ok()?;
+    let there = weigh_at(data, predictor, hypothesis, amplitudes, &end);
+    Some((end.cost, there.ok()))
+}
+
 /// Whether the first start is near the data already.
 fn is_near<P: Predictor>(
     data: &DataSet,

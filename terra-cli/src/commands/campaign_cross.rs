@@ -129,7 +129,8 @@ fn answer(d: &Diagnosis) -> Answer {
         .map(|c| (c.name.clone(), c.probability))
         .collect();
     ranked.push(("none".to_owned(), d.probability_none));
-    ranked.sort_by(|a, b| b.1.total_cmp(&a.1).then_with(|| a.0.cmp(&b.0)));
+    // Equal ones stay in the diagnosis' own order.
+    ranked.sort_by(|a, b| b.1.total_cmp(&a.1));
     ranked.truncate(RANKED);
     Answer {
         verdict: d.verdict.to_owned(),
