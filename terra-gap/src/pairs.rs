@@ -261,6 +261,15 @@ fn without_second(start: &[f64]) -> Vec<f64> {
     off
 }
 
+/// How a pair's way on few windows ended.
+enum Led {
+    /// At this cost on them, and weighed there on all unless some other window has no answer there.
+    At(f64, Option<Box<Weighed>>),
+    Nowhere,
+    /// Not led: it has to be weighed in full.
+    InFull,
+}
+
 /// Pairs of a drive weighed where their ways on few windows end, and the jobs that are left: those that `fresh` has no
 /// hypothesis for, and the best of all where it cannot stand in every window.
 fn lead<P: Predictor>(
@@ -270,27 +279,35 @@ fn lead<P: Predictor>(
     jobs: Vec<Job>,
     fresh: impl Fn(usize, usize) -> Option<Hypothesis> + Sync,
 ) -> (Vec<Weighed>, Vec<Job>) {
-    let ended: Vec<(Job, Option<(f64, Option<Weighed>)>, bool)> = jobs
+    let led = |(a, b, start, guess): &Job| {
+        let Some(h) = fresh(*a, *b) else {
+            return Led::InFull;
+        };
+        let start = without_second(start);
+        match weigh_roughly(data, predictor, &h, levels, &start, Some(guess)) {
+            Some((cost, there)) => Led::At(cost, there.map(Box::new)),
+            None => Led::Nowhere,
+        }
+    };
+    let ended: Vec<(Job, Led)> = jobs
         .into_par_iter()
         .map(|job| {
-            let (a, b, start, guess) = &job;
-            let h = fresh(*a, *b);
-            let start = without_second(start);
-            let end = h
-                .as_ref()
-                .and_then(|h| weigh_roughly(data, predictor, h, levels, &start, Some(guess)));
-            (job, end, h.is_none())
+            let end = led(&job);
+            (job, end)
         })
         .collect();
-    let costs = ended.iter().filter_map(|(_, end, _)| Some(end.as_ref()?.0));
+    let costs = ended.iter().filter_map(|(_, end)| match end {
+        Led::At(cost, _) => Some(*cost),
+        _ => None,
+    });
     let least = costs.fold(f64::INFINITY, f64::min);
     let (mut found, mut left) = (vec![], vec![]);
-    for (job, end, known) in ended {
+    for (job, end) in ended {
         match end {
-            Some((_, Some(there))) => found.push(there),
-            Some((cost, None)) if cost <= least => left.push(job),
-            None if known => left.push(job),
-            _ => {}
+            Led::At(_, Some(there)) => found.push(*there),
+            Led::At(cost, None) if cost <= least => left.push(job),
+            Led::InFull => left.push(job),
+            Led::At(..) | Led::Nowhere => {}
         }
     }
     (found, left)
