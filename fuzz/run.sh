@@ -18,7 +18,7 @@ for target in "${targets[@]}"; do
         *) words=$target ;;
     esac
     dictionary=fuzz/dictionaries/$words.dict
-    options=(-max_total_time="$seconds" -timeout=5 -rss_limit_mb=2048 -max_len=65536 -print_final_stats=1)
+    options=(-max_total_time="$seconds" -timeout=20 -rss_limit_mb=2048 -max_len=65536 -print_final_stats=1)
     if [ -f "$dictionary" ]; then
         options+=(-dict="$dictionary")
     fi

@@ -51,7 +51,8 @@ pub(crate) fn decide(
         .iter()
         .filter(|c| ranking.set.contains(&c.name))
         .collect();
-    let best = named.first().map_or(0.0, |c| c.probability);
+    let alone = named.first().map_or(0.0, |c| c.probability);
+    let best = ranking.stand_in.map_or(alone, |both| both.max(alone));
     let (none, unknown) = (ranking.probability_none, ranking.probability_unknown);
     let gain = causes
         .iter()
@@ -101,7 +102,7 @@ pub(crate) fn decide(
             } else {
                 "ambiguous"
             };
-            out.reason = ranking.stand_in.then(|| {
+            out.reason = ranking.stand_in.map(|_| {
                 "another soil and an effect of the ground stand for each other where the simulator's wheel law is another; a simulator's log of the same ground (--same-bed) tells them apart".to_owned()
             });
         }

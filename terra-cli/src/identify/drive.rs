@@ -161,7 +161,7 @@ pub fn identify_drive_among(
 ///
 /// The errors of two sides are taken as independent: they share only the accelerometer and the speed. In reverse a wheel
 /// meets the same soil mirrored: forces change their sign, slips and loads do not.
-fn observation(
+pub(crate) fn observation(
     sides: &[&SideForces],
     vehicle: &Vehicle<f64>,
     time: f64,

@@ -16,6 +16,7 @@ use terra_mme::{
 };
 use terra_model::Contact;
 
+pub(crate) use drive::observation as side_observation;
 pub use drive::{identify_drive, identify_drive_among};
 pub(crate) use hypotheses::{hypotheses, twins};
 pub(crate) use json::to_json;

@@ -2,6 +2,7 @@
 
 mod exact;
 mod mismatch;
+mod nearest;
 mod perturbed;
 mod switch;
 
@@ -17,7 +18,7 @@ use terra_sim::{Scenario, paper, simulate_drive};
 
 use self::exact::exact;
 use self::mismatch::mismatch;
-use self::perturbed::perturbed;
+use self::perturbed::{OWN_AT_END, perturbed};
 use self::switch::switch;
 use super::Rate;
 use crate::error::CliError;
@@ -199,6 +200,9 @@ pub fn reason(figure: &Figure) -> Option<&'static str> {
     match (figure.table, figure.case.as_str()) {
         ("switch", "side-sum" | "side-sum, not prewhitened") => Some(
             "a force filter needs .03 to .2 s to believe a change of force; `imm` does not wait",
+        ),
+        ("perturbed", _) if figure.figure == OWN_AT_END => Some(
+            "in the other draws another soil of the set is nearer to the true one than the soil it was drawn around",
         ),
         _ => None,
     }
