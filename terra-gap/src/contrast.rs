@@ -223,15 +223,18 @@ pub(crate) fn against<'a, P: Predictor>(
     Ok((setup, baseline))
 }
 
+/// Whether a parameter of a fit, by its name with or without a structure before it, is a coefficient of the error of the wheel
+/// law's form that a contrast against an outside simulator has, and none of the soil's.
+pub fn is_form_error(parameter: &str) -> bool {
+    let own = parameter.rsplit('/').next().unwrap_or(parameter);
+    FormError::PARAMS.iter().any(|p| p.name == own)
+}
+
 /// Whether other soil was fitted with an error of the wheel law's form that is clearly another than on the simulator's soil.
 pub(crate) fn needs_another_form(other_soil: &Weighed) -> bool {
     let names = other_soil.hypothesis.soil.names();
-    let of_the_form = |name: &str| {
-        let own = name.rsplit('/').next().unwrap_or(name);
-        FormError::PARAMS.iter().any(|p| p.name == own)
-    };
     let mut each = names.iter().zip(other_soil.fit.x.iter());
-    each.any(|(name, x)| of_the_form(name) && x.abs() > MOVED)
+    each.any(|(name, x)| is_form_error(name) && x.abs() > MOVED)
 }
 
 /// The soil around the baseline's within a share of its prior spread, and the form's error within a share of its own.

@@ -61,7 +61,7 @@ pub use calibration::{Calibration, Case, Evidence};
 pub use candidates::is_instrument;
 pub use cause::{Cause, CauseKind};
 pub use closing::{closing_drive, closing_rig};
-pub use contrast::Baseline;
+pub use contrast::{Baseline, is_form_error};
 pub use dataset::{ChannelInfo, DataSet, Factors, Observation};
 pub use diagnose::{Diagnosis, Waterfall};
 pub use drive::DriveWindows;

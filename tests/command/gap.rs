@@ -101,6 +101,31 @@ fn logs_that_do_not_go_together_are_refused_by_name() {
     }
 }
 
+/// Other soil under another wheel law is fitted with dozens of coefficients of the law's form: the verdict has them all, the
+/// report has the soil and one sentence.
+#[test]
+fn a_report_of_other_soil_is_of_the_soil() {
+    let at = folder("gap_other_soil");
+    terra(&at, "init single-wheel-rig --out rig.toml").ok();
+    for (name, soil) in [("sim", "dry_sand"), ("real", "lean_clay_22")] {
+        let scenario = format!(
+            "seed = 5\nrover = \"rig.toml\"\nterrain = \"{soil}\"\nmodel = \"linear-stress\"\n[[trial]]\nslip = [0.05, 0.1, 0.2, 0.35, 0.55, 0.8]\n\
+             normal_load_N = [100.0, 160.0, 250.0]\nrepeats = 2\ntravel_speed_m_s = 0.05\ncondition = \"smooth\"\n"
+        );
+        fs::write(at.join(format!("{name}.toml")), scenario).unwrap();
+        terra(&at, &format!("simulate {name}.toml --out {name}.csv")).ok();
+    }
+    let line = "gap --sim sim.csv real.csv --rover rig.toml --json gap.json --html gap.html";
+    terra(&at, line).ok();
+    let v = read(&at.join("gap.json"));
+    assert_eq!(v["causes"][0]["effect"], "soil-change", "{}", v["causes"]);
+    let parameters = v["terrain"]["parameters"].as_object().unwrap();
+    assert!(parameters.contains_key("pull_0.08") && parameters.contains_key("cohesion"));
+    let html = fs::read_to_string(at.join("gap.html")).unwrap();
+    assert!(html.contains("<div>cohesion") && !html.contains("<div>pull_0.08"));
+    assert!(html.contains("of its 48 coefficients"));
+}
+
 /// The patrol of the book: sand gives way to clay after 48 m. The event is there and nowhere else, JSON and track say the same,
 /// and no number of threads changes a byte.
 #[test]

@@ -1,6 +1,6 @@
 //! How the soil moved: a missing effect often shows as soil that nobody would believe.
 
-use terra_gap::{Diagnosis, Hypothesis};
+use terra_gap::{Diagnosis, Hypothesis, is_form_error};
 
 use super::super::block::{Cell, Section, Table};
 use super::super::number::{number, plain, with_sd};
@@ -68,6 +68,13 @@ pub(super) fn write(s: &mut Section, d: &Diagnosis) {
             }
         }
     }
+    if let Some(form) = d
+        .accepted
+        .as_ref()
+        .and_then(|(h, fit)| another_form(h, fit.x.as_slice()))
+    {
+        s.text(form);
+    }
     let strange: Vec<String> = null
         .iter()
         .filter(|m| m.by.abs() > IMPLAUSIBLE)
@@ -130,13 +137,27 @@ fn shift(m: &Moved) -> Cell {
     }
 }
 
-/// What a fit says of its soil parameters; `sd` are those of its fit vector.
+/// What a fit says of the error of the wheel law's form, where that is free: its many coefficients are in the verdict.
+fn another_form(h: &Hypothesis, x: &[f64]) -> Option<String> {
+    let names = h.soil.names();
+    let of_the_form = || names.iter().zip(x).filter(|(name, _)| is_form_error(name));
+    let (name, by) = of_the_form().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
+    Some(format!(
+        "On this soil the wheel law's form may be off by another error than on the simulator's: of its {} coefficients {name} moved most, by {} prior standard deviations (all are in the JSON verdict).",
+        of_the_form().count(),
+        number(by.abs(), 2)
+    ))
+}
+
+/// What a fit says of its soil parameters, those of the wheel law's form left out; `sd` are those of its fit vector.
 fn moved(h: &Hypothesis, x: &[f64], at_bound: &[bool], sd: Option<&[f64]>) -> Vec<Moved> {
     let n = h.soil_len();
     let q: Vec<f64> = x.iter().take(n).copied().collect();
     let before = h.soil.physical(&vec![0.0; n]);
     let after = h.soil.physical(&q);
+    let names = h.soil.names();
     (0..n)
+        .filter(|k| names.get(*k).is_some_and(|name| !is_form_error(name)))
         .filter_map(|k| {
             let sd = sd.and_then(|sd| sd.get(k)).copied();
             // First order, by the slope of the map at the fit.
@@ -147,7 +168,7 @@ fn moved(h: &Hypothesis, x: &[f64], at_bound: &[bool], sd: Option<&[f64]>) -> Ve
                 (h.soil.physical(&up).get(k)? - after.get(k)?) / step
             };
             Some(Moved {
-                name: (*h.soil.names().get(k)?).to_string(),
+                name: (*names.get(k)?).to_string(),
                 unit: unit(h.soil.units().get(k)?),
                 before: *before.get(k)?,
                 after: *after.get(k)?,
