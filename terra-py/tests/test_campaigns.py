@@ -1,6 +1,7 @@
 """Campaigns, challenges and sweeps: the same files and the same figures as the command, and an end when one is asked for."""
 
 import json
+import os
 import signal
 import subprocess
 import sys
@@ -138,7 +139,6 @@ def test_sweep_and_merge(command, examples, tmp_path):
         terra.sweep(asked, shards[0], shard=(3, 2))
 
 
-# Goes on once the file has its first lines, so that there is something to go on from.
 INTERRUPTED = """
 import signal, sys, terra
 signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -148,7 +148,7 @@ try:
 except KeyboardInterrupt:
     print("heard", flush=True)
     # The work ends by itself, so that this process may go on with the file at once.
-    print(*terra.sweep(sys.argv[3], sys.argv[2]), flush=True)
+    print(*terra.sweep(sys.argv[1], sys.argv[2]), flush=True)
 """
 
 
@@ -156,8 +156,12 @@ except KeyboardInterrupt:
 def test_an_interrupted_sweep_is_gone_on_with(command, examples, tmp_path):
     """Ctrl-C in the middle, then the same plan once more in the same process: nothing is lost, and the bytes are the same."""
     asked, whole, out = plan(tmp_path, examples, "identify", 40), tmp_path / "whole.jsonl", tmp_path / "out.jsonl"
+    # Lines come in batches of a few for each thread: on many they would all come at once.
     work = subprocess.Popen(
-        [sys.executable, "-c", INTERRUPTED, asked, out, asked], stdout=subprocess.PIPE, text=True
+        [sys.executable, "-c", INTERRUPTED, asked, out],
+        stdout=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "RAYON_NUM_THREADS": "2"},
     )
     assert work.stdout.readline() == "ready\n"
     growing = tmp_path / "out.jsonl.partial"
