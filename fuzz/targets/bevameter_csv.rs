@@ -4,7 +4,7 @@
 use std::sync::LazyLock;
 
 use libfuzzer_sys::fuzz_target;
-use terra_cli::tasks::{Source, bevameter};
+use terra_cli::tasks::{ReportFiles, Source, bevameter};
 use terra_fuzz::{Scratch, run};
 
 static COLUMNS: LazyLock<Scratch> = LazyLock::new(|| Scratch::new("columns.toml"));
@@ -19,7 +19,7 @@ fuzz_target!(|data: &[u8]| run(|| {
         bytes: log.to_vec(),
     };
     for kind in ["plate", "shear"] {
-        let Ok(found) = bevameter(&log, kind, columns) else {
+        let Ok(found) = bevameter(&log, kind, columns, &ReportFiles::default()) else {
             continue;
         };
         let soils = found["soils"].as_array().expect("a list of soils");

@@ -458,14 +458,14 @@ pub(crate) struct WheelArgs {
 }
 
 /// The report that a command can write beside its result.
-#[derive(Clone, Debug, clap::Args)]
-pub(crate) struct ReportArgs {
+#[derive(Clone, Debug, Default, clap::Args)]
+pub struct ReportArgs {
     /// HTML report to write: one file, figures inside, nothing fetched.
     #[arg(long, value_name = "FILE")]
-    pub(crate) html: Option<PathBuf>,
+    pub html: Option<PathBuf>,
     /// Folder for each figure of that report as SVG, and its numbers as CSV.
     #[arg(long, value_name = "DIR")]
-    pub(crate) figures: Option<PathBuf>,
+    pub figures: Option<PathBuf>,
 }
 
 impl ReportArgs {

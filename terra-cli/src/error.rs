@@ -51,6 +51,9 @@ pub enum CliError {
         /// The system's refusal.
         reason: io::Error,
     },
+    /// The caller asked for an end ([`Stop`](crate::tasks::Stop)) (130).
+    #[error("stopped before the end")]
+    Stopped,
     /// The reader of standard output went away: no error.
     #[error("standard output was closed")]
     PipeClosed,
@@ -125,6 +128,7 @@ impl CliError {
             CliError::Data(e) if e.is_write() => 4,
             CliError::Data(_) => 3,
             CliError::Write { .. } => 4,
+            CliError::Stopped => 130,
             CliError::PipeClosed => 0,
         }
     }

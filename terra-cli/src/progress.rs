@@ -1,9 +1,59 @@
-//! A sign of life on a terminal; nothing anywhere else.
+//! A sign of life on a terminal, nothing anywhere else; and what ends long work early.
 
 use std::io::IsTerminal;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressStyle};
+
+use crate::error::CliError;
+
+/// Ends work that is done piece by piece into files, after the pieces at hand. Clones are the same one.
+#[derive(Clone, Debug, Default)]
+pub struct Stop(Arc<AtomicBool>);
+
+impl Stop {
+    /// Asks for the end.
+    pub fn stop(&self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+}
+
+/// Who looks at long work: a person at a terminal, or a program that may end it.
+#[derive(Clone, Debug)]
+pub(crate) struct Watch {
+    quiet: bool,
+    stop: Stop,
+}
+
+impl Watch {
+    /// Shown, unless quiet.
+    pub(crate) fn shown(quiet: bool) -> Self {
+        let stop = Stop::default();
+        Watch { quiet, stop }
+    }
+
+    /// Never shown, and ended by `stop`.
+    pub(crate) fn silent(stop: &Stop) -> Self {
+        let stop = stop.clone();
+        Watch { quiet: true, stop }
+    }
+
+    /// A bar over so many pieces.
+    pub(crate) fn bar(&self, total: usize, message: impl Into<String>) -> Bar {
+        Bar::start(self.quiet, total, message)
+    }
+
+    /// # Errors
+    /// [`CliError::Stopped`], once the end was asked for.
+    pub(crate) fn go_on(&self) -> Result<(), CliError> {
+        if self.stop.0.load(Ordering::Relaxed) {
+            return Err(CliError::Stopped);
+        }
+        Ok(())
+    }
+}
 
 /// A spinner with a message on standard error, only on a terminal and unless quiet. Gone when dropped.
 pub(crate) struct Spinner(Option<ProgressBar>);
@@ -35,7 +85,7 @@ impl Drop for Spinner {
 pub(crate) struct Bar(Option<ProgressBar>);
 
 impl Bar {
-    pub(crate) fn start(quiet: bool, total: usize, message: impl Into<String>) -> Self {
+    fn start(quiet: bool, total: usize, message: impl Into<String>) -> Self {
         if quiet || !std::io::stderr().is_terminal() {
             return Bar(None);
         }

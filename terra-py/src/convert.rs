@@ -6,7 +6,7 @@ use numpy::{IntoPyArray, PyArray1};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use serde_json::Value;
-use terra_cli::tasks::Source;
+use terra_cli::tasks::{ReportFiles, Source};
 
 use crate::error::TerraError;
 
@@ -85,6 +85,11 @@ pub(crate) fn table<'py>(
 /// Numbers as a numpy array.
 pub(crate) fn array(py: Python<'_>, values: Vec<f64>) -> Bound<'_, PyArray1<f64>> {
     values.into_pyarray(py)
+}
+
+/// Where a report goes, in the order of the functions' last arguments.
+pub(crate) fn report(html: Option<PathBuf>, figures: Option<PathBuf>) -> ReportFiles {
+    ReportFiles { html, figures }
 }
 
 /// A file by its path, or what it would hold, as bytes, with a name for messages.

@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
+use terra_cli::tasks::Stop;
 
 /// How long Ctrl-C may go unnoticed.
 const GLANCE: Duration = Duration::from_millis(50);
@@ -17,6 +18,19 @@ const GLANCE: Duration = Duration::from_millis(50);
 /// The exception of a signal handler, or work that ended without an answer.
 pub(crate) fn run<T: Send + 'static>(
     py: Python<'_>,
+    work: impl FnOnce() -> T + Send + 'static,
+) -> PyResult<T> {
+    run_until(py, &Stop::default(), work)
+}
+
+/// As [`run`], for work that writes files piece by piece: what raises the exception also asks `stop` for an end, so that
+/// nothing is written any more once the pieces at hand are done.
+///
+/// # Errors
+/// As [`run`].
+pub(crate) fn run_until<T: Send + 'static>(
+    py: Python<'_>,
+    stop: &Stop,
     work: impl FnOnce() -> T + Send + 'static,
 ) -> PyResult<T> {
     let (tell, mut hear) = channel();
@@ -33,7 +47,7 @@ pub(crate) fn run<T: Send + 'static>(
         hear = back;
         match heard {
             Ok(answer) => return Ok(answer),
-            Err(RecvTimeoutError::Timeout) => py.check_signals()?,
+            Err(RecvTimeoutError::Timeout) => py.check_signals().inspect_err(|_| stop.stop())?,
             Err(RecvTimeoutError::Disconnected) => {
                 let why = match worker.join() {
                     Err(e) => e

@@ -3,6 +3,9 @@
 //! This is the boundary alone. Answers come from the same functions as those of the command line, so both give the same
 //! numbers; the Python half (`python/terra`) has the signatures, the docs and the broadcasting.
 
+mod beginnings;
+mod campaigns;
+mod challenges;
 mod convert;
 mod error;
 mod interrupt;
@@ -19,6 +22,15 @@ mod _terra {
     use pyo3::prelude::*;
 
     #[pymodule_export]
+    use crate::beginnings::{demo, init};
+    #[pymodule_export]
+    use crate::campaigns::{
+        campaign_cross_structure, campaign_faults, campaign_gap, campaign_gap_calibration,
+        campaign_ramps, campaign_reproduction, merge, merge_into, sweep,
+    };
+    #[pymodule_export]
+    use crate::challenges::{challenge_make, challenge_reveal, challenge_run, challenge_score};
+    #[pymodule_export]
     use crate::error::{BadData, ConfigurationError, TerraError};
     #[pymodule_export]
     use crate::own::Contact;
@@ -27,17 +39,17 @@ mod _terra {
     #[pymodule_export]
     use crate::own::Registry;
     #[pymodule_export]
-    use crate::soils::{cite, hypotheses, scm_json, slip_compliance};
+    use crate::soils::{cite, hypotheses, import_scm_json, scm_json, slip_compliance};
     #[pymodule_export]
     use crate::tasks::{
         bevameter, command, effects, estimate, estimators, filters, gap, identifiability, identify,
-        import_log, inspect, models, simulate, terrains, watch,
+        import_log, inspect, models, scenario_effects, simulate, terrains, watch,
     };
     #[pymodule_export]
-    use crate::wheel::{wheel_forces, wheel_stresses};
+    use crate::wheel::{wheel, wheel_forces, wheel_stresses};
 
     #[pymodule_init]
-    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    fn complete(module: &Bound<'_, PyModule>) -> PyResult<()> {
         module.add("__version__", env!("CARGO_PKG_VERSION"))
     }
 }

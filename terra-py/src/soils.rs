@@ -50,6 +50,19 @@ pub(crate) fn scm_json<'py>(
 }
 
 #[pyfunction]
+#[pyo3(signature = (source, out=None))]
+pub(crate) fn import_scm_json(
+    py: Python<'_>,
+    source: PathBuf,
+    out: Option<PathBuf>,
+) -> PyResult<Bound<'_, PyAny>> {
+    to_python(
+        py,
+        &tasks::import_scm_json(&source, out.as_deref()).map_err(raise)?,
+    )
+}
+
+#[pyfunction]
 #[pyo3(signature = (soil, loads, radius, width, model, values, tolerance, catalogue, group))]
 pub(crate) fn slip_compliance<'py>(
     py: Python<'py>,

@@ -6,9 +6,11 @@ use std::path::PathBuf;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use terra_cli::IdentifyOptions;
-use terra_cli::tasks::{self, GapOptions, IdentifiabilityOptions, Source, WatchOptions};
+use terra_cli::tasks::{
+    self, GapOptions, IdentifiabilityOptions, IdentifyAsked, Source, WatchOptions,
+};
 
-use crate::convert::{Given, table, to_python};
+use crate::convert::{Given, report, table, to_python};
 use crate::error::raise;
 use crate::interrupt;
 use crate::own::Registry;
@@ -45,6 +47,11 @@ pub(crate) fn filters(py: Python<'_>) -> PyResult<Bound<'_, PyAny>> {
 }
 
 #[pyfunction]
+pub(crate) fn scenario_effects(py: Python<'_>) -> PyResult<Bound<'_, PyAny>> {
+    to_python(py, &tasks::scenario_effects())
+}
+
+#[pyfunction]
 pub(crate) fn estimators(py: Python<'_>) -> PyResult<Bound<'_, PyAny>> {
     to_python(py, &tasks::estimators())
 }
@@ -69,22 +76,24 @@ pub(crate) fn inspect<'py>(
 }
 
 #[pyfunction]
-#[pyo3(signature = (log, kind, columns=None))]
+#[pyo3(signature = (log, kind, columns=None, html=None, figures=None))]
 pub(crate) fn bevameter<'py>(
     py: Python<'py>,
     log: Given,
     kind: String,
     columns: Option<PathBuf>,
+    html: Option<PathBuf>,
+    figures: Option<PathBuf>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let log: Source = log.into();
     let done = interrupt::run(py, move || {
-        tasks::bevameter(&log, &kind, columns.as_deref())
+        tasks::bevameter(&log, &kind, columns.as_deref(), &report(html, figures))
     })?;
     to_python(py, &done.map_err(raise)?)
 }
 
 #[pyfunction]
-#[pyo3(signature = (terrain, slips, loads, widths, radius, model, noise, values, set, catalogue, add))]
+#[pyo3(signature = (terrain, slips, loads, widths, radius, model, noise, values, set, catalogue, add, html=None, figures=None))]
 pub(crate) fn identifiability<'py>(
     py: Python<'py>,
     terrain: String,
@@ -98,6 +107,8 @@ pub(crate) fn identifiability<'py>(
     set: String,
     catalogue: Option<PathBuf>,
     add: usize,
+    html: Option<PathBuf>,
+    figures: Option<PathBuf>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let options = IdentifiabilityOptions {
         model,
@@ -106,6 +117,7 @@ pub(crate) fn identifiability<'py>(
         noise,
         set,
         add,
+        report: report(html, figures),
     };
     let done = interrupt::run(py, move || {
         tasks::identifiability(&terrain, radius, &widths, &loads, &slips, &options)
@@ -144,22 +156,26 @@ pub(crate) fn simulate<'py>(
 }
 
 #[pyfunction]
-#[pyo3(signature = (log, rover, filter="block", smooth=false))]
+#[pyo3(signature = (log, rover, filter="block", smooth=false, html=None, figures=None))]
 pub(crate) fn estimate<'py>(
     py: Python<'py>,
     log: Given,
     rover: Given,
     filter: &str,
     smooth: bool,
+    html: Option<PathBuf>,
+    figures: Option<PathBuf>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let (log, rover): (Source, Source) = (log.into(), rover.into());
     let filter = filter.to_owned();
-    let done = interrupt::run(py, move || tasks::estimate(&log, &rover, &filter, smooth))?;
+    let done = interrupt::run(py, move || {
+        tasks::estimate(&log, &rover, &filter, smooth, &report(html, figures))
+    })?;
     table(py, done.map_err(raise)?.as_bytes(), TEXT)
 }
 
 #[pyfunction]
-#[pyo3(signature = (log, rover, hypotheses=None, estimator=None, choice="none", join=false, history=false, refine=true, filter="block", registry=None))]
+#[pyo3(signature = (log, rover, hypotheses=None, estimator=None, choice="none", join=false, history=false, refine=true, filter="block", rows=None, registry=None, html=None, figures=None))]
 pub(crate) fn identify<'py>(
     py: Python<'py>,
     log: Given,
@@ -171,7 +187,10 @@ pub(crate) fn identify<'py>(
     history: bool,
     refine: bool,
     filter: &str,
+    rows: Option<(usize, usize)>,
     registry: Option<&Registry>,
+    html: Option<PathBuf>,
+    figures: Option<PathBuf>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let (log, rover): (Source, Source) = (log.into(), rover.into());
     let options = IdentifyOptions {
@@ -183,15 +202,20 @@ pub(crate) fn identify<'py>(
         filter: filter.to_owned(),
         ..IdentifyOptions::default()
     };
+    let asked = IdentifyAsked {
+        hypotheses,
+        rows,
+        report: report(html, figures),
+    };
     let (registry, trouble) = Registry::of(registry);
     let done = interrupt::run(py, move || {
-        tasks::identify(&log, &rover, hypotheses.as_deref(), &registry, &options)
+        tasks::identify(&log, &rover, &registry, &asked, &options)
     })?;
     to_python(py, &trouble.settle(py, done.map_err(raise))?)
 }
 
 #[pyfunction]
-#[pyo3(signature = (logs, rover, effects=None, hold_out=None, combine=2, calibrate=0, seed=1, soil="shared".to_owned(), sim=None, same_bed=false, registry=None))]
+#[pyo3(signature = (logs, rover, effects=None, hold_out=None, combine=2, windows=512, calibrate=0, seed=1, soil="shared".to_owned(), sim=None, same_bed=false, registry=None, html=None, figures=None))]
 pub(crate) fn gap<'py>(
     py: Python<'py>,
     logs: Vec<Given>,
@@ -199,12 +223,15 @@ pub(crate) fn gap<'py>(
     effects: Option<Vec<String>>,
     hold_out: Option<String>,
     combine: usize,
+    windows: usize,
     calibrate: usize,
     seed: u64,
     soil: String,
     sim: Option<Given>,
     same_bed: bool,
     registry: Option<&Registry>,
+    html: Option<PathBuf>,
+    figures: Option<PathBuf>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let logs: Vec<Source> = logs.into_iter().map(Source::from).collect();
     let rover: Source = rover.into();
@@ -212,11 +239,13 @@ pub(crate) fn gap<'py>(
         effects,
         hold_out,
         combine,
+        windows,
         calibrate,
         seed,
         soil,
         sim: sim.map(Source::from),
         same_bed,
+        report: report(html, figures),
     };
     let (registry, trouble) = Registry::of(registry);
     let done = interrupt::run(py, move || tasks::gap(&logs, &rover, &registry, &options))?;

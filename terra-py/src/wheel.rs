@@ -5,10 +5,12 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
-use terra_cli::{CliError, tasks};
-use terra_model::{Contact, ForceLaw, Law, ModelError, WheelForces, catalogue};
+use std::path::{Path, PathBuf};
+use terra_cli::CliError;
+use terra_cli::tasks::{self, WheelOptions};
+use terra_model::{Contact, ForceLaw, Law, ModelError, WheelForces};
 
-use crate::convert::array;
+use crate::convert::{array, report, table};
 use crate::error::{ConfigurationError, raise};
 use crate::interrupt;
 use crate::own::Registry;
@@ -20,34 +22,47 @@ pub(crate) enum Soil {
     Values(BTreeMap<String, f64>),
 }
 
-/// The law and its parameters: those of the soil, then the effects' magnitudes.
-fn law(registry: &terra_model::Registry, model: &str, soil: &Soil) -> PyResult<(Law, Vec<f64>)> {
+/// The law and its parameters: those of the soil, then the effects' magnitudes. A soil by its id may be of a catalogue of
+/// one's own, and `given` takes the place of its values.
+fn law(
+    registry: &terra_model::Registry,
+    model: &str,
+    soil: &Soil,
+    catalogue: Option<&Path>,
+    given: &[(String, f64)],
+) -> PyResult<(Law, Vec<f64>)> {
+    let values = match soil {
+        Soil::Id(id) => {
+            return tasks::law_on(registry, model, id, catalogue, given).map_err(raise);
+        }
+        Soil::Values(values) if catalogue.is_none() && given.is_empty() => values,
+        Soil::Values(_) => {
+            return Err(ConfigurationError::new_err(
+                "catalogue and values are for a soil by its id, and this one is given by all its values",
+            ));
+        }
+    };
     let (law, magnitudes) = tasks::law(registry, model).map_err(raise)?;
     let names: Vec<&str> = law.model().params().iter().map(|p| p.name).collect();
-    let mut p = match soil {
-        Soil::Id(id) => catalogue::find(id)
-            .and_then(|t| t.parameters(law.model()))
-            .map_err(|e| raise(CliError::from(e)))?,
-        Soil::Values(values) => {
-            if let Some(extra) = values.keys().find(|k| !names.contains(&k.as_str())) {
-                return Err(ConfigurationError::new_err(format!(
-                    "{} has no parameter '{extra}', expected {}",
-                    law.model().name(),
-                    names.join(", ")
-                )));
-            }
-            names
-                .iter()
-                .map(|name| {
-                    values.get(*name).copied().ok_or_else(|| {
-                        ConfigurationError::new_err(format!(
-                            "no '{name}', expected {}",
-                            names.join(", ")
-                        ))
-                    })
-                })
-                .collect::<PyResult<_>>()?
+    let mut p: Vec<f64> = {
+        if let Some(extra) = values.keys().find(|k| !names.contains(&k.as_str())) {
+            return Err(ConfigurationError::new_err(format!(
+                "{} has no parameter '{extra}', expected {}",
+                law.model().name(),
+                names.join(", ")
+            )));
         }
+        names
+            .iter()
+            .map(|name| {
+                values.get(*name).copied().ok_or_else(|| {
+                    ConfigurationError::new_err(format!(
+                        "no '{name}', expected {}",
+                        names.join(", ")
+                    ))
+                })
+            })
+            .collect::<PyResult<_>>()?
     };
     p.extend(magnitudes);
     Ok((law, p))
@@ -56,7 +71,7 @@ fn law(registry: &terra_model::Registry, model: &str, soil: &Soil) -> PyResult<(
 type Forces = Result<WheelForces<f64>, ModelError>;
 
 #[pyfunction]
-#[pyo3(signature = (terrain, slip, normal_load, radius, width, model="wong-reece", registry=None))]
+#[pyo3(signature = (terrain, slip, normal_load, radius, width, model="wong-reece", registry=None, catalogue=None, values=vec![]))]
 pub(crate) fn wheel_forces<'py>(
     py: Python<'py>,
     terrain: Soil,
@@ -66,9 +81,17 @@ pub(crate) fn wheel_forces<'py>(
     width: PyReadonlyArray1<'py, f64>,
     model: &str,
     registry: Option<&Registry>,
+    catalogue: Option<PathBuf>,
+    values: Vec<(String, f64)>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let (registry, trouble) = Registry::of(registry);
-    let (law, p) = law(&registry.with_forms(), model, &terrain)?;
+    let (law, p) = law(
+        &registry.with_forms(),
+        model,
+        &terrain,
+        catalogue.as_deref(),
+        &values,
+    )?;
     let contacts: Vec<Contact<f64>> = slip
         .as_array()
         .iter()
@@ -129,7 +152,7 @@ pub(crate) fn wheel_forces<'py>(
 }
 
 #[pyfunction]
-#[pyo3(signature = (terrain, slip, normal_load, radius, width, model="wong-reece", points=101))]
+#[pyo3(signature = (terrain, slip, normal_load, radius, width, model="wong-reece", points=101, catalogue=None, values=vec![]))]
 pub(crate) fn wheel_stresses<'py>(
     py: Python<'py>,
     terrain: Soil,
@@ -139,11 +162,15 @@ pub(crate) fn wheel_stresses<'py>(
     width: f64,
     model: &str,
     points: usize,
+    catalogue: Option<PathBuf>,
+    values: Vec<(String, f64)>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let (law, p) = law(
         &terra_model::Registry::builtin().with_forms(),
         model,
         &terrain,
+        catalogue.as_deref(),
+        &values,
     )?;
     let profile = law
         .stresses(&p, &Contact::new(slip, normal_load, radius, width), points)
@@ -156,5 +183,50 @@ pub(crate) fn wheel_stresses<'py>(
     out.set_item("angle_rad", column(|p| p.angle))?;
     out.set_item("normal_stress_Pa", column(|p| p.normal_stress))?;
     out.set_item("shear_stress_Pa", column(|p| p.shear_stress))?;
+    Ok(out)
+}
+
+/// The tables of `terra wheel`.
+#[pyfunction]
+#[pyo3(signature = (terrain, slips, load, radius, width, model, values, catalogue, contributions, stress, lugs, html=None, figures=None))]
+pub(crate) fn wheel<'py>(
+    py: Python<'py>,
+    terrain: String,
+    slips: Vec<f64>,
+    load: f64,
+    radius: f64,
+    width: f64,
+    model: String,
+    values: Vec<(String, f64)>,
+    catalogue: Option<PathBuf>,
+    contributions: bool,
+    stress: bool,
+    lugs: bool,
+    html: Option<PathBuf>,
+    figures: Option<PathBuf>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let options = WheelOptions {
+        model,
+        catalogue,
+        values,
+        contributions,
+        stress,
+        lugs,
+        report: report(html, figures),
+    };
+    let done = interrupt::run(py, move || {
+        tasks::wheel(&terrain, &slips, load, radius, width, &options)
+    })?;
+    let found = done.map_err(raise)?;
+    let out = PyDict::new(py);
+    for (name, csv) in [
+        ("forces", Some(found.forces)),
+        ("stress", found.stress),
+        ("lugs", found.lugs),
+    ] {
+        if let Some(csv) = csv {
+            out.set_item(name, table(py, csv.as_bytes(), &["status"])?)?;
+        }
+    }
     Ok(out)
 }

@@ -64,6 +64,30 @@ def test_contributions(command):
         same(found[name], said[name])
 
 
+def test_wheel_tables(command, tmp_path):
+    """All three tables of a wheel with lugs, and a load that is not carried."""
+    out, model = tmp_path / "w.csv", "grouser-passive"
+    values = {"unit_weight": 15000.0, "lug_height": 0.01, "lug_count": 24.0}
+    given = [word for name, value in values.items() for word in ("--value", f"{name}={value}")]
+    command("wheel", "--terrain", "upland_sandy_loam", "--radius_m", "0.254", "--width_m", "0.15", "--load_N", "245.25",
+            "--slip", "0.1:0.5:0.2", "--model", model, *given, "--contributions", "--stress", "--lugs", "--csv", out)  # fmt: skip
+    found = terra.wheel("upland_sandy_loam", [0.1, 0.3, 0.5], 245.25, radius=0.254, width=0.15, model=model,
+                        values=values, contributions=True, stress=True, lugs=True)  # fmt: skip
+    for name, file in [("forces", "w.csv"), ("stress", "w.stress.csv"), ("lugs", "w.lugs.csv")]:
+        said = columns((tmp_path / file).read_text())
+        assert list(found[name]) == list(said)
+        for column, cells in said.items():
+            if column == "status":
+                assert found[name][column] == cells
+            else:
+                same(found[name][column], cells)
+    heavy = terra.wheel("dry_sand", 0.2, 1e9, radius=0.254, width=0.15)
+    assert list(heavy) == ["forces"] and heavy["forces"]["status"] == ["no-equilibrium"]
+    assert np.isnan(heavy["forces"]["torque_N_m"]).all()
+    with pytest.raises(terra.ConfigurationError, match="no lugs that push"):
+        terra.wheel("dry_sand", 0.2, 245.25, radius=0.254, width=0.15, lugs=True)
+
+
 @pytest.mark.parametrize("in_memory", [False, True])
 def test_bevameter(command, tmp_path, in_memory):
     sinkage = np.linspace(0.001, 0.06, 60)
@@ -158,6 +182,20 @@ def test_gap(command, logs, examples, tmp_path):
     assert found["schema"] == "terra-gap/1"
 
 
+def test_gap_of_few_windows(command, tmp_path):
+    """The ramps of a sealed case are long enough to be thinned."""
+    made, out = tmp_path / "made", tmp_path / "verdict.json"
+    terra.challenge.make("ramp", 1, seed=1, kinds={"none": 1}, out=made, key=tmp_path / "key.json")
+    log, rover = made / "case_001.csv", made / "rover.toml"
+    command("gap", log, "--rover", rover, "--effects", "torque-bias", "--combine", "1", "--windows", "16", "--json", out)
+    asked = dict(effects=["torque-bias"], combine=1)
+    found = terra.gap(log, rover, windows=16, **asked)
+    assert found == json.loads(out.read_text()) != terra.gap(log, rover, **asked)
+    for wrong, words in [({"windows": 15}, "from 16 to"), ({"same_bed": True}, "without sim")]:
+        with pytest.raises(terra.ConfigurationError, match=words):
+            terra.gap(log, rover, **asked, **wrong)
+
+
 def test_gap_against_a_simulator(command, logs, examples, tmp_path):
     out, rover, sim = tmp_path / "verdict.json", examples / "rig/rig.toml", tmp_path / "sim.csv"
     scenario = (examples / "rig/slip_sinkage.toml").read_text()
@@ -208,6 +246,57 @@ def test_a_catalogue_of_ones_own(command, tmp_path):
     found = terra.scm_json("dry_sand", catalogue=own)
     assert found == json.loads(command("export", "scm-json", "dry_sand", "--catalogue", own))
     assert found["Bekker n exponent"] == 0.9
+    wheel = dict(radius=0.254, width=0.15, catalogue=own, values={"c1": 0.4, "c2": 0.2})
+    said = columns(
+        command("wheel", "--terrain", "dry_sand", "--catalogue", own, "--radius_m", "0.254", "--width_m", "0.15",
+                "--load_N", "100", "--slip", "0.3", "--value", "c1=0.4", "--value", "c2=0.2")
+    )  # fmt: skip
+    forces = terra.wheel_forces("dry_sand", [0.3], 100, **wheel)
+    same(forces["drawbar_pull_N"], said["drawbar_pull_N"])
+    assert forces["drawbar_pull_N"] != terra.wheel_forces("dry_sand", [0.3], 100, radius=0.254, width=0.15)["drawbar_pull_N"]
+    stresses = terra.wheel_stresses("dry_sand", 0.3, 100, **wheel)
+    assert float(said["max_normal_stress_Pa"][0]) == pytest.approx(stresses["normal_stress_Pa"].max(), rel=1e-3)
+    same(terra.wheel("dry_sand", 0.3, 100, **wheel)["forces"]["drawbar_pull_N"], said["drawbar_pull_N"])
+    with pytest.raises(terra.ConfigurationError, match="c_1"):
+        terra.wheel_forces("dry_sand", 0.3, 100, radius=0.254, width=0.15, values={"c_1": 0.4})
+    with pytest.raises(terra.ConfigurationError, match="by its id"):
+        terra.wheel_forces({"cohesion": 1.0}, 0.3, 100, radius=0.254, width=0.15, catalogue=own)
+
+
+def test_import_scm_json(command, tmp_path):
+    chrono, theirs, ours = (tmp_path / name for name in ("sand.json", "theirs.csv", "ours.csv"))
+    chrono.write_text(command("export", "scm-json", "dry_sand"))
+    command("import", "scm-json", chrono, "--out", theirs)
+    soil = terra.import_scm_json(chrono, out=ours)
+    assert ours.read_bytes() == theirs.read_bytes()
+    known = next(t for t in terra.terrains() if t["id"] == "dry_sand")
+    assert list(soil) == list(known) and soil["id"] == "sand"
+    assert soil["k_phi"] == pytest.approx(known["k_phi"], rel=1e-12)
+    assert terra.import_scm_json(chrono) == soil
+    with pytest.raises(terra.ConfigurationError, match="would replace the input"):
+        terra.import_scm_json(chrono, out=chrono)
+
+
+@pytest.mark.parametrize("robot", ["husky", "jackal", "single-wheel-rig", "paper-robot"])
+def test_init(command, tmp_path, robot):
+    theirs, ours = tmp_path / "theirs.toml", tmp_path / "ours.toml"
+    command("init", robot, "--out", theirs)
+    assert terra.init(robot) == terra.init(robot, ours) == theirs.read_text()
+    assert ours.read_bytes() == theirs.read_bytes()
+    with pytest.raises(terra.TerraError, match="exists"):
+        terra.init(robot, ours)
+    assert terra.init(robot, ours, force=True) == theirs.read_text()
+    with pytest.raises(terra.ConfigurationError, match="single-wheel-rig"):
+        terra.init("huskey")
+
+
+def test_what_only_the_simulator_has(command):
+    lines = command("simulate", "--list").splitlines()[2:]
+    listed = terra.scenario_effects()
+    assert len(lines) == len(listed) > 5
+    for line, effect in zip(lines, listed):
+        assert line.startswith(effect["name"]) and effect["form"] in line and effect["summary"] in line
+        assert 0 <= effect["min"] < effect["max"]
 
 
 def test_slip_compliance(command):

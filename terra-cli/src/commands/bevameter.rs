@@ -1,6 +1,8 @@
 //! `terra bevameter`: soil from plates pressed into it and from shear tests.
 
-use crate::args::{BevameterArgs, BevameterKind};
+use std::path::Path;
+
+use crate::args::{BevameterArgs, BevameterKind, ReportArgs};
 use crate::bevameter::{Columns, Kind, Soil, Tests, fit, read, to_json};
 use crate::error::CliError;
 use crate::input;
@@ -22,14 +24,29 @@ pub(crate) fn run(args: &BevameterArgs) -> Result<(), CliError> {
         None => Columns::default(),
     };
     let bytes = input::bytes(&args.log)?;
-    let tests = read(&args.log, &bytes, kind, &columns)?;
-    let soils = fit(kind, &tests, &columns)?;
-    output::report(&args.report, || report::Page {
+    let (tests, soils) = fitted(&args.log, &bytes, kind, &columns, &args.report)?;
+    if let Some(path) = &args.json {
+        output::json(Some(path), &to_json(kind, &tests, &soils))?;
+    }
+    output::stdout(&summary(&tests, &soils))
+}
+
+/// The tests of a log and the soils they tell; writes the report, where one was asked for.
+pub(crate) fn fitted(
+    log: &Path,
+    bytes: &[u8],
+    kind: Kind,
+    columns: &Columns,
+    report: &ReportArgs,
+) -> Result<(Tests, Vec<Soil>), CliError> {
+    let tests = read(log, bytes, kind, columns)?;
+    let soils = fit(kind, &tests, columns)?;
+    output::report(report, || report::Page {
         title: match kind {
             Kind::Plate => "What do the plates say?".to_owned(),
             Kind::Shear => "What do the shear tests say?".to_owned(),
         },
-        subtitle: args.log.display().to_string(),
+        subtitle: log.display().to_string(),
         sections: soils
             .iter()
             .map(|s| {
@@ -45,10 +62,7 @@ pub(crate) fn run(args: &BevameterArgs) -> Result<(), CliError> {
             ("log SHA-256".to_owned(), tests.sha256.clone()),
         ],
     })?;
-    if let Some(path) = &args.json {
-        output::json(Some(path), &to_json(kind, &tests, &soils))?;
-    }
-    output::stdout(&summary(&tests, &soils))
+    Ok((tests, soils))
 }
 
 fn title(soil: &Soil) -> String {

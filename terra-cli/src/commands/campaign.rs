@@ -2,13 +2,31 @@
 
 use std::path::Path;
 
-use serde_json::json;
+use serde_json::{Value, json};
 
-use crate::campaign::faults::faults;
-use crate::campaign::{Asked, Figure, LOOK_AT, Rate, ramps, reason, reproduction};
+use crate::campaign::faults::{FaultReport, faults};
+use crate::campaign::{Asked, Figure, LOOK_AT, RampRow, Rate, ramps, reason, reproduction};
 use crate::error::CliError;
 use crate::output::{self, table};
 use crate::progress::Spinner;
+
+/// Length of the ramps \[s\].
+pub(crate) const RAMP: f64 = 2.0;
+
+/// `terra campaign ramps --json`.
+pub(crate) fn ramps_json(runs: usize, seed: u64, rows: &[RampRow]) -> Value {
+    json!({ "campaign": "ramps", "runs": runs, "seed": seed, "rows": rows })
+}
+
+/// `terra campaign faults --json`.
+pub(crate) fn faults_json(filter: &str, seed: u64, report: &FaultReport) -> Value {
+    json!({ "campaign": "faults", "filter": filter, "seed": seed, "report": report })
+}
+
+/// `terra campaign reproduction --json`.
+pub(crate) fn reproduction_json(runs: usize, seed: u64, figures: &[Figure]) -> Value {
+    json!({ "campaign": "reproduction", "runs": runs, "seed": seed, "figures": figures })
+}
 
 pub(crate) fn run_ramps(
     terrains: &[String],
@@ -19,13 +37,10 @@ pub(crate) fn run_ramps(
 ) -> Result<(), CliError> {
     let names: Vec<&str> = terrains.iter().map(String::as_str).collect();
     let spinner = Spinner::start(quiet, format!("{} ramps", runs * names.len()));
-    let rows = ramps(&names, runs, seed, 2.0)?;
+    let rows = ramps(&names, runs, seed, RAMP)?;
     drop(spinner);
     if file.is_some() {
-        output::json(
-            file,
-            &json!({ "campaign": "ramps", "runs": runs, "seed": seed, "rows": rows }),
-        )?;
+        output::json(file, &ramps_json(runs, seed, &rows))?;
     }
     let cell = |r: Option<&Rate>| {
         r.map_or("-".to_owned(), |r| {
@@ -66,10 +81,7 @@ pub(crate) fn run_faults(
     let report = faults(runs, seed, filter)?;
     drop(spinner);
     if file.is_some() {
-        output::json(
-            file,
-            &json!({ "campaign": "faults", "filter": filter, "seed": seed, "report": report }),
-        )?;
+        output::json(file, &faults_json(filter, seed, &report))?;
     }
     let cell = |r: &Rate| format!("{:.4} [{:.4}, {:.4}]", r.value, r.lo, r.hi);
     let body: Vec<Vec<String>> = report
@@ -113,10 +125,7 @@ pub(crate) fn run_reproduction(
     let figures = reproduction(runs, seed, tables)?;
     drop(spinner);
     if file.is_some() {
-        output::json(
-            file,
-            &json!({ "campaign": "reproduction", "runs": runs, "seed": seed, "figures": figures }),
-        )?;
+        output::json(file, &reproduction_json(runs, seed, &figures))?;
     }
     let number = |x: Option<f64>| x.map_or("-".to_owned(), |x| format!("{x:.3}"));
     let body: Vec<Vec<String>> = figures

@@ -4,17 +4,18 @@ use std::fs;
 use std::path::Path;
 
 use rayon::prelude::*;
-use serde_json::json;
+use serde_json::{Value, json};
 use terra_data::atomic_write;
 use terra_gap::{Calibration, Diagnosis, Settings, diagnose_rig, diagnose_rig_against};
 use terra_model::Registry;
 
 use super::campaign_gap::shown;
 use crate::campaign::cross::{Answer, Case, Marked, Programme, Truth, figures};
+use crate::campaign::targets::Target;
 use crate::challenge::read_json;
 use crate::error::CliError;
 use crate::output;
-use crate::progress::Bar;
+use crate::progress::Watch;
 
 /// Answers kept of each diagnosis.
 const RANKED: usize = 8;
@@ -26,17 +27,40 @@ pub(crate) fn run(
     file: Option<&Path>,
     quiet: bool,
 ) -> Result<(), CliError> {
+    let rows = marked(cases, seed, out, &Watch::shown(quiet))?;
+    if file.is_some() {
+        output::json(file, &as_json(cases, seed, &rows))?;
+    }
+    output::stdout(&format!(
+        "{cases} cases of a rig, ground and nominal simulator of different structure{}",
+        shown(&rows)
+    ))
+}
+
+/// `terra campaign cross-structure --json`.
+pub(crate) fn as_json(cases: usize, seed: u64, rows: &[Target]) -> Value {
+    json!({ "campaign": "cross-structure", "cases": cases, "seed": seed, "figures": rows })
+}
+
+/// Draws, diagnoses and marks the cases, into a folder.
+pub(crate) fn marked(
+    cases: usize,
+    seed: u64,
+    out: &Path,
+    watch: &Watch,
+) -> Result<Vec<Target>, CliError> {
     fs::create_dir_all(out).map_err(|reason| CliError::Write {
         target: out.display().to_string(),
         reason,
     })?;
     let programme = Programme::new()?;
     let registry = Registry::builtin();
-    let bar = Bar::start(quiet, cases, "diagnosing");
+    let bar = watch.bar(cases, "diagnosing");
     let digits = cases.to_string().len().max(3);
     let marked: Vec<Result<Marked, CliError>> = (0..cases)
         .into_par_iter()
         .map(|k| {
+            watch.go_on()?;
             // Each case is written when it is there, whole: an interrupt costs no more than what is in work.
             let path = out.join(format!("seed_{seed}_case_{:0digits$}.json", k + 1));
             let marked = if path.exists() {
@@ -52,18 +76,8 @@ pub(crate) fn run(
         .collect();
     drop(bar);
     let marked: Vec<Marked> = marked.into_iter().collect::<Result<_, _>>()?;
-    let rows = figures(&marked);
     learn(&marked, seed, out)?;
-    if file.is_some() {
-        output::json(
-            file,
-            &json!({ "campaign": "cross-structure", "cases": cases, "seed": seed, "figures": rows }),
-        )?;
-    }
-    output::stdout(&format!(
-        "{cases} cases of a rig, ground and nominal simulator of different structure{}",
-        shown(&rows)
-    ))
+    Ok(figures(&marked))
 }
 
 /// What these cases teach for those of another seed, beside them.

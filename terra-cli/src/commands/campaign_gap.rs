@@ -14,7 +14,10 @@ use crate::campaign::targets::{Target, left_out, targets};
 use crate::challenge::{KeyFile, Library, ScoreOptions, read_json, score};
 use crate::error::CliError;
 use crate::output::{self, table};
-use crate::progress::Bar;
+use crate::progress::Watch;
+
+/// What hears of a long campaign's parts as they end.
+type Say<'a> = &'a mut dyn FnMut(&str) -> Result<(), CliError>;
 
 /// Where the parts of one design's campaign lie.
 struct Places {
@@ -36,7 +39,13 @@ impl Places {
     }
 
     /// Makes the cases, or keeps those that are there.
-    fn make(&self, design: &str, cases: &CampaignCases, quiet: bool) -> Result<KeyFile, CliError> {
+    fn make(
+        &self,
+        design: &str,
+        cases: &CampaignCases,
+        say: Say<'_>,
+        watch: &Watch,
+    ) -> Result<KeyFile, CliError> {
         if !self.key.exists() || !self.logs.is_dir() {
             let folder = self.key.parent().unwrap_or(Path::new(""));
             fs::create_dir_all(folder).map_err(|reason| CliError::Write {
@@ -51,34 +60,54 @@ impl Places {
                 key: self.key.clone(),
                 kinds: None,
             };
-            challenge::run_make(&make, quiet)?;
+            let challenge = challenge::written(&make, watch)?;
+            say(&challenge::made(&make, &challenge))?;
         }
         KeyFile::open(&self.key)
     }
 }
 
-/// Marks sealed cases of every design.
 pub(crate) fn run(
     cases: &CampaignCases,
     also_left_out: bool,
     file: Option<&Path>,
     quiet: bool,
 ) -> Result<(), CliError> {
+    let all = marked(
+        cases,
+        also_left_out,
+        &mut output::stdout,
+        &Watch::shown(quiet),
+    )?;
+    match file {
+        Some(_) => output::json(file, &all),
+        None => Ok(()),
+    }
+}
+
+/// Marks sealed cases of every design: `terra campaign gap --json`.
+pub(crate) fn marked(
+    cases: &CampaignCases,
+    also_left_out: bool,
+    say: Say<'_>,
+    watch: &Watch,
+) -> Result<Value, CliError> {
     let mut all = serde_json::Map::new();
     for design in &cases.designs {
         let places = Places::of(&cases.out, design);
-        let key = places.make(design, cases, quiet)?;
-        let said =
-            challenge_run::diagnose_all(&places.logs, &places.verdicts, &|_| Some(None), quiet)?;
-        let bar = Bar::start(quiet, key.cases.len(), "marking");
+        let key = places.make(design, cases, say, watch)?;
+        let done =
+            challenge_run::diagnose_all(&places.logs, &places.verdicts, &|_| Some(None), watch)?;
+        let bar = watch.bar(key.cases.len(), "marking");
         let options = ScoreOptions { closing: true };
         let marked = score(&key, &places.verdicts, &options, &|| bar.step())?;
         drop(bar);
+        let said = done.said(&places.verdicts);
         let mut text = format!("{design}: {said}{}\n", marked.summary());
         let mut rows = targets(design, &marked);
         let mut part = marked.to_json();
         if also_left_out {
-            let found = without_the_truth(&places, &key, quiet)?;
+            let found = without_the_truth(&places, &key, watch)?;
             rows.extend(found);
         }
         text.push_str(&shown(&rows));
@@ -86,19 +115,17 @@ pub(crate) fn run(
             map.insert("targets".to_owned(), json!(rows));
         }
         all.insert(design.clone(), part);
-        output::stdout(&text)?;
+        say(&text)?;
     }
-    if file.is_some() {
-        output::json(
-            file,
-            &json!({ "campaign": "gap", "cases": cases.cases, "seed": cases.seed, "designs": all }),
-        )?;
-    }
-    Ok(())
+    Ok(json!({ "campaign": "gap", "cases": cases.cases, "seed": cases.seed, "designs": all }))
 }
 
 /// The single cases once more, their cause unknown to the diagnosis.
-fn without_the_truth(places: &Places, key: &KeyFile, quiet: bool) -> Result<Vec<Target>, CliError> {
+fn without_the_truth(
+    places: &Places,
+    key: &KeyFile,
+    watch: &Watch,
+) -> Result<Vec<Target>, CliError> {
     let known: Vec<String> = Library::builtin()
         .known()
         .into_iter()
@@ -117,7 +144,7 @@ fn without_the_truth(places: &Places, key: &KeyFile, quiet: bool) -> Result<Vec<
             known.iter().filter(|k| *k != truth).cloned().collect(),
         ))
     };
-    challenge_run::diagnose_all(&places.logs, &places.left_out, &others, quiet)?;
+    challenge_run::diagnose_all(&places.logs, &places.left_out, &others, watch)?;
     left_out(key, &places.verdicts, &places.left_out)
 }
 
@@ -158,13 +185,27 @@ struct Weighed {
     evidence: Evidence,
 }
 
-/// Learns temperatures, floors, thresholds and set levels from cases with known truth.
 pub(crate) fn run_calibration(cases: &CampaignCases, quiet: bool) -> Result<(), CliError> {
+    let learned = learned(cases, &mut output::stdout, &Watch::shown(quiet))?;
+    let path = cases.out.join(CALIBRATION);
+    output::stdout(&format!("{learned}written to {}\n", path.display()))
+}
+
+/// What a calibration is written to, in the folder of its cases.
+const CALIBRATION: &str = "calibration.toml";
+
+/// Learns temperatures, floors, thresholds and set levels from cases with known truth; returns what `calibration.toml`
+/// holds then.
+pub(crate) fn learned(
+    cases: &CampaignCases,
+    say: Say<'_>,
+    watch: &Watch,
+) -> Result<String, CliError> {
     let mut text = String::new();
     for design in &cases.designs {
         let places = Places::of(&cases.out, design);
-        let key = places.make(design, cases, quiet)?;
-        challenge_run::diagnose_all(&places.logs, &places.verdicts, &|_| Some(None), quiet)?;
+        let key = places.make(design, cases, say, watch)?;
+        challenge_run::diagnose_all(&places.logs, &places.verdicts, &|_| Some(None), watch)?;
         let mut known: Vec<Case> = vec![];
         for case in &key.cases {
             let path = places.verdicts.join(format!("{}.json", case.case));
@@ -194,7 +235,7 @@ pub(crate) fn run_calibration(cases: &CampaignCases, quiet: bool) -> Result<(), 
         text.push_str(&learned.to_toml()?);
         text.push('\n');
     }
-    let path = cases.out.join("calibration.toml");
+    let path = cases.out.join(CALIBRATION);
     atomic_write(&path, |w| std::io::Write::write_all(w, text.as_bytes()))?;
-    output::stdout(&format!("{text}written to {}\n", path.display()))
+    Ok(text)
 }

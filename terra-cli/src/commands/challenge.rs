@@ -9,15 +9,23 @@ use serde_json::Value;
 use terra_data::atomic_write;
 
 use crate::args::{ChallengeMake, ChallengeScore};
-use crate::challenge::{Design, KeyFile, Library, ScoreOptions, Shares, make, reveal, score};
+use crate::challenge::{
+    Challenge, Design, KeyFile, Library, Score, ScoreOptions, Shares, make, reveal, score,
+};
 use crate::error::CliError;
 use crate::output::{self, table};
-use crate::progress::Bar;
+use crate::progress::Watch;
 
 /// Every file of a challenge has this time, so that none tells how long its case took: the start of 2000.
 const WRITTEN: Duration = Duration::from_secs(946_684_800);
 
 pub(crate) fn run_make(args: &ChallengeMake, quiet: bool) -> Result<(), CliError> {
+    let challenge = written(args, &Watch::shown(quiet))?;
+    output::stdout(&made(args, &challenge))
+}
+
+/// Makes the cases and writes them, with their key.
+pub(crate) fn written(args: &ChallengeMake, watch: &Watch) -> Result<Challenge, CliError> {
     let (out, key) = (resolve(&args.out), resolve(&args.key));
     if key.starts_with(&out) {
         return Err(CliError::usage(
@@ -51,7 +59,7 @@ pub(crate) fn run_make(args: &ChallengeMake, quiet: bool) -> Result<(), CliError
         fs::remove_dir_all(&part).map_err(fail(&part))?;
     }
     fs::create_dir_all(&part).map_err(fail(&part))?;
-    let bar = Bar::start(quiet, cases, "simulating");
+    let bar = watch.bar(cases, "simulating");
     let put = |name: &str, bytes: &[u8]| -> Result<(), CliError> {
         let path = part.join(name);
         let write = || {
@@ -68,7 +76,10 @@ pub(crate) fn run_make(args: &ChallengeMake, quiet: bool) -> Result<(), CliError
         cases,
         args.seed,
         &|| bar.step(),
-        &mut |case| put(&format!("{}.csv", case.name), &case.log),
+        &mut |case| {
+            watch.go_on()?;
+            put(&format!("{}.csv", case.name), &case.log)
+        },
     )
     .and_then(|challenge| {
         put("rover.toml", challenge.rover.as_bytes())?;
@@ -92,7 +103,11 @@ pub(crate) fn run_make(args: &ChallengeMake, quiet: bool) -> Result<(), CliError
         fs::remove_dir_all(&out).map_err(fail(&out))?;
     }
     fs::rename(&part, &out).map_err(fail(&out))?;
+    Ok(challenge)
+}
 
+/// What was made, in a line or two.
+pub(crate) fn made(args: &ChallengeMake, challenge: &Challenge) -> String {
     let kinds: Vec<String> = challenge
         .counts
         .iter()
@@ -100,7 +115,8 @@ pub(crate) fn run_make(args: &ChallengeMake, quiet: bool) -> Result<(), CliError
         .map(|(kind, n)| format!("{n} {kind}"))
         .collect();
     let mut said = format!(
-        "{cases} cases ({}) in {}, key in {}\n",
+        "{} cases ({}) in {}, key in {}\n",
+        args.cases,
         kinds.join(", "),
         args.out.display(),
         args.key.display()
@@ -111,7 +127,7 @@ pub(crate) fn run_make(args: &ChallengeMake, quiet: bool) -> Result<(), CliError
             challenge.not_carried.join(", ")
         ));
     }
-    output::stdout(&said)
+    said
 }
 
 /// An existing folder is replaced when it is a challenge or empty, and left alone otherwise.
@@ -203,15 +219,22 @@ pub(crate) fn run_reveal(key: &Path, folder: &Path) -> Result<(), CliError> {
 
 pub(crate) fn run_score(args: &ChallengeScore, quiet: bool) -> Result<(), CliError> {
     output::claim(&[args.json.as_deref()], &[&args.key])?;
-    let key = KeyFile::open(&args.key)?;
-    let bar = Bar::start(quiet, key.cases.len(), "marking");
-    let options = ScoreOptions {
-        closing: !args.skip_closing,
-    };
-    let score = score(&key, &args.verdicts, &options, &|| bar.step())?;
-    drop(bar);
+    let watch = Watch::shown(quiet);
+    let score = marked(&args.key, &args.verdicts, !args.skip_closing, &watch)?;
     if args.json.is_some() {
         output::json(args.json.as_deref(), &score.to_json())?;
     }
     output::stdout(&score.summary())
+}
+
+/// Marks the verdicts of a folder against a key file.
+pub(crate) fn marked(
+    key: &Path,
+    verdicts: &Path,
+    closing: bool,
+    watch: &Watch,
+) -> Result<Score, CliError> {
+    let key = KeyFile::open(key)?;
+    let bar = watch.bar(key.cases.len(), "marking");
+    score(&key, verdicts, &ScoreOptions { closing }, &|| bar.step())
 }

@@ -14,22 +14,62 @@ use crate::challenge::read_json;
 use crate::error::CliError;
 use crate::input::sha256;
 use crate::output;
-use crate::progress::Bar;
+use crate::progress::Watch;
 
 /// Diagnoses `case_*.csv` of a folder; a verdict that is there already is kept when it is of this log.
 pub(crate) fn run(folder: &Path, out: &Path, quiet: bool) -> Result<(), CliError> {
-    let text = diagnose_all(folder, out, &|_| Some(None), quiet)?;
-    output::stdout(&text)
+    let done = diagnose_all(folder, out, &|_| Some(None), &Watch::shown(quiet))?;
+    output::stdout(&done.said(out))
 }
 
-/// The same for the cases that `asked` lets through, with the candidate effects it gives (none: all). Returns what became of
-/// them, in a line.
+/// What became of the cases.
+pub(crate) struct Done {
+    pub(crate) cases: usize,
+    /// Verdicts that were there already.
+    pub(crate) kept: usize,
+    /// How often each verdict was given.
+    pub(crate) verdicts: BTreeMap<String, usize>,
+    /// Cases without a verdict.
+    pub(crate) failed: usize,
+    /// Why the first of them has none.
+    pub(crate) first: Option<CliError>,
+}
+
+impl Done {
+    /// In a line or three.
+    pub(crate) fn said(&self, out: &Path) -> String {
+        let counts: Vec<String> = self
+            .verdicts
+            .iter()
+            .map(|(v, n)| format!("{n} {v}"))
+            .collect();
+        let mut text = format!(
+            "{} verdicts in {}, {} of them kept: {}\n",
+            self.cases - self.failed,
+            out.display(),
+            self.kept,
+            counts.join(", ")
+        );
+        if let Some(e) = &self.first {
+            text.push_str(&format!(
+                "{} cases could not be diagnosed\nthe first: {e}\n",
+                self.failed
+            ));
+        }
+        text
+    }
+}
+
+/// The same for the cases that `asked` lets through, with the candidate effects it gives (none: all).
+///
+/// # Errors
+/// The first case's, where none of them could be diagnosed.
 pub(crate) fn diagnose_all(
     folder: &Path,
     out: &Path,
     asked: &(dyn Fn(&str) -> Option<Option<Vec<String>>> + Sync),
-    quiet: bool,
-) -> Result<String, CliError> {
+    watch: &Watch,
+) -> Result<Done, CliError> {
     let cases: Vec<(String, PathBuf)> = cases(folder)?
         .into_iter()
         .filter(|(name, _)| asked(name).is_some())
@@ -49,11 +89,12 @@ pub(crate) fn diagnose_all(
         }
     }
     let kept = cases.len() - left.len();
-    let bar = Bar::start(quiet, left.len(), "diagnosing");
+    let bar = watch.bar(left.len(), "diagnosing");
     // Each verdict is written when it is there, whole: an interrupt costs no more than what is in work.
     let done: Vec<Result<String, CliError>> = left
         .par_iter()
         .map(|(name, log, path)| {
+            watch.go_on()?;
             let effects = asked(name).flatten();
             let settings = |rover: &Rover, _: LogKind| {
                 Ok(Settings {
@@ -70,6 +111,7 @@ pub(crate) fn diagnose_all(
         })
         .collect();
     drop(bar);
+    watch.go_on()?;
     let mut failed = 0;
     let mut first = None;
     for verdict in done {
@@ -81,23 +123,15 @@ pub(crate) fn diagnose_all(
             }
         }
     }
-    let counts: Vec<String> = said.iter().map(|(v, n)| format!("{n} {v}")).collect();
-    let mut text = format!(
-        "{} verdicts in {}, {kept} of them kept: {}\n",
-        cases.len() - failed,
-        out.display(),
-        counts.join(", ")
-    );
-    if failed > 0 {
-        text.push_str(&format!("{failed} cases could not be diagnosed\n"));
-    }
     match first {
         Some(e) if failed == cases.len() => Err(e),
-        Some(e) => {
-            text.push_str(&format!("the first: {e}\n"));
-            Ok(text)
-        }
-        None => Ok(text),
+        first => Ok(Done {
+            cases: cases.len(),
+            kept,
+            verdicts: said,
+            failed,
+            first,
+        }),
     }
 }
 

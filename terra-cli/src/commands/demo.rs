@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use serde_json::Value;
 use terra_data::{
     Condition, FilterSettings, GapSettings, Measured, Noise, RigLog, RigRow, Rover, SoilSharing,
     Start, TerrainSettings, WheelData, write_drive_log_to, write_rig_log_to,
@@ -40,6 +41,19 @@ const CITATION: &str =
 const SOIL: &str = "lean_clay_22";
 
 pub(crate) fn run(out: &Path, figures: Option<PathBuf>, quiet: bool) -> Result<(), CliError> {
+    output::stdout(&make(out, figures, quiet)?.said)
+}
+
+/// What the demonstration gave.
+pub(crate) struct Demo {
+    pub(crate) identify: Value,
+    pub(crate) verdict: Value,
+    /// For a person.
+    said: String,
+}
+
+/// Runs it and writes its files.
+pub(crate) fn make(out: &Path, figures: Option<PathBuf>, quiet: bool) -> Result<Demo, CliError> {
     std::fs::create_dir_all(out).map_err(|reason| CliError::Write {
         target: out.display().to_string(),
         reason,
@@ -130,11 +144,10 @@ pub(crate) fn run(out: &Path, figures: Option<PathBuf>, quiet: bool) -> Result<(
             ),
         ],
     };
-    output::json(
-        Some(&files[0]),
-        &identify_json(&id, &log_sha, &sha256(rover_text.as_bytes())),
-    )?;
-    output::json(Some(&files[1]), &to_json(&diagnosis, &provenance))?;
+    let identify = identify_json(&id, &log_sha, &sha256(rover_text.as_bytes()));
+    let verdict = to_json(&diagnosis, &provenance);
+    output::json(Some(&files[0]), &identify)?;
+    output::json(Some(&files[1]), &verdict)?;
     output::report(&report, || page)?;
     text.push_str("\nwritten:\n");
     for file in &files {
@@ -143,7 +156,11 @@ pub(crate) fn run(out: &Path, figures: Option<PathBuf>, quiet: bool) -> Result<(
     if let Some(folder) = &report.figures {
         text.push_str(&format!("  {} (figures)\n", folder.display()));
     }
-    output::stdout(&text)
+    Ok(Demo {
+        identify,
+        verdict,
+        said: text,
+    })
 }
 
 /// The posterior at a few moments, a line each.

@@ -41,22 +41,50 @@ pub(crate) fn run(asked: &Asked<'_>, quiet: bool) -> Result<(), CliError> {
         let run = passes.first().map_err(within)?;
         return output::pieces(asked.out, |put| passes.second(run, put)).map_err(within);
     }
-    let drive = file.drive(&rover)?;
-    let forces = forces(&drive, &rover, asked.filter, asked.smooth).map_err(within)?;
+    let known = Known {
+        file: &file,
+        name: log,
+        rover: &rover,
+        rover_name: rover_path,
+        rover_sha256: &rover_sha,
+    };
+    let table = in_memory(&known, asked.filter, asked.smooth, asked.report)?;
+    output::text(asked.out, &table)
+}
+
+/// A log with its rover file.
+pub(crate) struct Known<'a> {
+    pub(crate) file: &'a LogFile<'a>,
+    pub(crate) name: &'a Path,
+    pub(crate) rover: &'a Rover,
+    pub(crate) rover_name: &'a Path,
+    pub(crate) rover_sha256: &'a str,
+}
+
+/// The table of a log that is held in memory as a whole; writes the report, where one was asked for.
+pub(crate) fn in_memory(
+    known: &Known<'_>,
+    filter: &str,
+    smooth: bool,
+    report: &ReportArgs,
+) -> Result<String, CliError> {
+    let drive = known.file.drive(known.rover)?;
+    let forces = forces(&drive, known.rover, filter, smooth)
+        .map_err(|e| e.in_files(known.name, known.rover_name))?;
     let table = csv(&drive, &forces.steps)?;
-    output::report(asked.report, || report::Page {
+    output::report(report, || report::Page {
         title: "What forces does the ground give?".to_owned(),
-        subtitle: log.display().to_string(),
+        subtitle: known.name.display().to_string(),
         sections: vec![report::estimate_section(&estimate_view::view(
             &drive, &table,
         ))],
         provenance: vec![
             ("terra".to_owned(), env!("CARGO_PKG_VERSION").to_owned()),
-            ("log SHA-256".to_owned(), file.sha256()),
-            ("rover SHA-256".to_owned(), rover_sha),
+            ("log SHA-256".to_owned(), known.file.sha256()),
+            ("rover SHA-256".to_owned(), known.rover_sha256.to_owned()),
         ],
     })?;
-    output::text(asked.out, &table)
+    Ok(table)
 }
 
 /// A log that is run as it is read: twice, in memory that does not grow with it.

@@ -7,7 +7,7 @@ use terra_gap::{Diagnosis, HoldOut, Settings, to_json};
 
 use super::gap_case::{Against, Verdict, diagnose_files};
 use super::gap_watch;
-use crate::args::{GapArgs, HoldOutArg, SoilArg};
+use crate::args::{GapArgs, HoldOutArg, ReportArgs, SoilArg};
 use crate::error::CliError;
 use crate::input::LogFile;
 use crate::output::{self, short};
@@ -50,26 +50,36 @@ pub(crate) fn run(args: &GapArgs, quiet: bool) -> Result<(), CliError> {
         .transpose()?;
     let verdict = diagnose_files(&logs, against, &args.rover, &settings)?;
     drop(spinner);
-    let Verdict {
-        diagnosis,
-        provenance,
-        said,
-        curves,
-    } = verdict;
     if let Some(path) = &args.json {
-        output::json(Some(path), &to_json(&diagnosis, &provenance))?;
+        output::json(
+            Some(path),
+            &to_json(&verdict.diagnosis, &verdict.provenance),
+        )?;
     }
-    output::report(&args.report, || report::Page {
+    report(&args.report, &logs, &verdict)?;
+    output::stdout(&format!("{}{}", verdict.said, summary(&verdict.diagnosis)))
+}
+
+/// Writes the report, where one was asked for.
+pub(crate) fn report(
+    report: &ReportArgs,
+    logs: &[&Path],
+    verdict: &Verdict,
+) -> Result<(), CliError> {
+    let provenance = &verdict.provenance;
+    output::report(report, || report::Page {
         title: "Where the simulator differs from reality".to_owned(),
-        subtitle: subtitle(&logs),
-        sections: vec![report::gap_section(&diagnosis, curves.as_ref())],
+        subtitle: subtitle(logs),
+        sections: vec![report::gap_section(
+            &verdict.diagnosis,
+            verdict.curves.as_ref(),
+        )],
         provenance: vec![
             ("terra".to_owned(), env!("CARGO_PKG_VERSION").to_owned()),
             ("log SHA-256".to_owned(), provenance.log_sha256.clone()),
             ("rover SHA-256".to_owned(), provenance.rover_sha256.clone()),
         ],
-    })?;
-    output::stdout(&format!("{said}{}", summary(&diagnosis)))
+    })
 }
 
 fn subtitle(logs: &[&Path]) -> String {

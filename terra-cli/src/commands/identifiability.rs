@@ -14,7 +14,7 @@ use terra_mme::{
 use terra_model::catalogue::Terrain;
 use terra_model::{Contact, ForceLaw, Law, ModelError, Registry, nearest};
 
-use crate::args::IdentifiabilityArgs;
+use crate::args::{IdentifiabilityArgs, ReportArgs};
 use crate::commands::wheel::{on_a_wheel, slips, with};
 use crate::error::CliError;
 use crate::output::{self, short, table};
@@ -110,14 +110,23 @@ pub(crate) fn run(args: &IdentifiabilityArgs) -> Result<(), CliError> {
         .collect();
     output::claim_with(&args.report, &[args.json.as_deref()], &inputs)?;
     let asked = Question::of(args)?;
-    let answer = ask(&asked)?;
-    output::report(&args.report, || report::Page {
+    let answer = ask_with(&asked, &args.report)?;
+    if let Some(path) = &args.json {
+        output::json(Some(path), &as_json(&asked, &answer))?;
+    }
+    output::stdout(&summary(args, &answer))
+}
+
+/// As [`ask`]; writes the report, where one was asked for.
+pub(crate) fn ask_with(asked: &Question, report: &ReportArgs) -> Result<Answer, CliError> {
+    let answer = ask(asked)?;
+    output::report(report, || report::Page {
         title: "What could these rows tell?".to_owned(),
         subtitle: format!(
             "{} on {}{}",
-            args.model,
-            args.soil.terrain,
-            with(&args.value)
+            asked.model,
+            asked.terrain,
+            with(&asked.values)
         ),
         sections: vec![report::profiles_section(&report::ProfilesView {
             title: "Identifiability".to_owned(),
@@ -132,10 +141,7 @@ pub(crate) fn run(args: &IdentifiabilityArgs) -> Result<(), CliError> {
         })],
         provenance: vec![("terra".to_owned(), env!("CARGO_PKG_VERSION").to_owned())],
     })?;
-    if let Some(path) = &args.json {
-        output::json(Some(path), &as_json(&asked, &answer))?;
-    }
-    output::stdout(&summary(args, &answer))
+    Ok(answer)
 }
 
 /// `channel=sd,...`
@@ -191,7 +197,7 @@ fn contacts(asked: &Question, slips: &[f64], loads: &[f64]) -> Vec<Contact<f64>>
     all
 }
 
-pub(crate) fn ask(asked: &Question) -> Result<Answer, CliError> {
+fn ask(asked: &Question) -> Result<Answer, CliError> {
     let law = Arc::new(Registry::builtin().law(&asked.model)?);
     on_a_wheel(&law)?;
     let noise = asked.noise;

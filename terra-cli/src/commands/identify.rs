@@ -3,11 +3,12 @@
 use std::path::Path;
 
 use nalgebra::DMatrix;
+use serde_json::Value;
 use terra_data::{DriveLog, LogKind, Rover};
 use terra_mme::Choice;
 use terra_model::Registry;
 
-use crate::args::IdentifyArgs;
+use crate::args::{IdentifyArgs, ReportArgs};
 use crate::commands::identify_view;
 use crate::error::CliError;
 use crate::identify::{
@@ -22,53 +23,111 @@ use crate::report;
 pub(crate) fn run(args: &IdentifyArgs, quiet: bool) -> Result<(), CliError> {
     let inputs: [&Path; 2] = [&args.log, &args.rover];
     output::claim_with(&args.report, &[args.json.as_deref()], &inputs)?;
-    let (rover, rover_sha) = rover(&args.rover)?;
-    let registry = Registry::builtin();
-    let folder = args.rover.parent().unwrap_or(Path::new(""));
-    let set = hypotheses(&rover, &registry, folder, args.hypotheses.as_deref())?;
     let options = IdentifyOptions {
         estimator: args.estimator.clone(),
         choice: choice(&args.choice)?,
         join: args.join,
-        // The report shows the posterior over time.
-        history: args.history || args.report.html.is_some() || args.report.figures.is_some(),
+        history: args.history,
         refine: !args.no_refine,
         filter: args.filter.clone(),
         ..IdentifyOptions::default()
     };
+    let rover = rover(&args.rover)?;
     let spinner = Spinner::start(quiet, "weighing soils");
     let file = LogFile::open(&args.log)?;
+    let case = Case {
+        log: &file,
+        log_name: &args.log,
+        rover,
+        rover_name: &args.rover,
+        folder: args.rover.parent().unwrap_or(Path::new("")),
+        registry: &Registry::builtin(),
+        hypotheses: args.hypotheses.as_deref(),
+        rows: args.rows,
+    };
+    let weighed = weigh(&case, &options, &args.report)?;
+    drop(spinner);
+    if let Some(path) = &args.json {
+        output::json(Some(path), &weighed.as_json())?;
+    }
+    output::stdout(&summary(&weighed.id))
+}
+
+/// What is weighed.
+pub(crate) struct Case<'a> {
+    pub(crate) log: &'a LogFile<'a>,
+    pub(crate) log_name: &'a Path,
+    /// With its fingerprint.
+    pub(crate) rover: (Rover, String),
+    pub(crate) rover_name: &'a Path,
+    /// Where the rover file's own references start.
+    pub(crate) folder: &'a Path,
+    pub(crate) registry: &'a Registry,
+    /// In place of the rover file's.
+    pub(crate) hypotheses: Option<&'a str>,
+    /// Rows of a drive log, the first being 1.
+    pub(crate) rows: Option<(usize, usize)>,
+}
+
+/// What was found.
+pub(crate) struct Weighed {
+    id: Identification,
+    log_sha256: String,
+    rover_sha256: String,
+}
+
+impl Weighed {
+    /// `terra identify --json`.
+    pub(crate) fn as_json(&self) -> Value {
+        to_json(&self.id, &self.log_sha256, &self.rover_sha256)
+    }
+}
+
+/// Weighs the soils; writes the report, where one was asked for.
+pub(crate) fn weigh(
+    case: &Case<'_>,
+    options: &IdentifyOptions,
+    report: &ReportArgs,
+) -> Result<Weighed, CliError> {
+    let (rover, rover_sha) = &case.rover;
+    let (file, registry) = (case.log, case.registry);
+    let set = hypotheses(rover, registry, case.folder, case.hypotheses)?;
+    let asked = options;
+    let options = IdentifyOptions {
+        // The report shows the posterior over time.
+        history: asked.history || report.asked(),
+        ..asked.clone()
+    };
     let mut measured = None;
-    let mut id = match file.kind(&rover)? {
+    let mut id = match file.kind(rover)? {
         LogKind::Drive => {
-            let log = drive(&file, &rover, args.rows)?;
-            identify_drive_among(&log, &rover, &registry, &set, &options)
+            let log = drive(file, rover, case.rows)?;
+            identify_drive_among(&log, rover, registry, &set, &options)
         }
-        LogKind::Rig if args.rows.is_some() => {
+        LogKind::Rig if case.rows.is_some() => {
             return Err(CliError::usage(
                 "--rows cuts a drive log, and this is a rig log",
                 "leave --rows out: all rows of a rig log are weighed",
             ));
         }
         LogKind::Rig => {
-            let log = measured.insert(file.rig(&rover)?);
-            identify_rig_among(log, &rover, &set, &options)
+            let log = measured.insert(file.rig(rover)?);
+            identify_rig_among(log, rover, &set, &options)
         }
     }
-    .map_err(|e| e.in_files(&args.log, &args.rover))?;
-    drop(spinner);
-    id.near_duplicates = twins(&set, &rover);
+    .map_err(|e| e.in_files(case.log_name, case.rover_name))?;
+    id.near_duplicates = twins(&set, rover);
     let log_sha = file.sha256();
-    output::report(&args.report, || report::Page {
+    output::report(report, || report::Page {
         title: "What soil is it?".to_owned(),
-        subtitle: args.log.display().to_string(),
+        subtitle: case.log_name.display().to_string(),
         sections: vec![report::identify_section(&identify_view::view(
             &id,
             &identify_view::Context {
                 title: "Posterior over soils",
                 truth: None,
                 set: &set,
-                rover: &rover,
+                rover,
                 measured: measured.as_ref(),
             },
         ))],
@@ -78,13 +137,14 @@ pub(crate) fn run(args: &IdentifyArgs, quiet: bool) -> Result<(), CliError> {
             ("rover SHA-256".to_owned(), rover_sha.clone()),
         ],
     })?;
-    if !args.history {
+    if !asked.history {
         id.groups.iter_mut().for_each(|g| g.history = None);
     }
-    if let Some(path) = &args.json {
-        output::json(Some(path), &to_json(&id, &log_sha, &rover_sha))?;
-    }
-    output::stdout(&summary(&id))
+    Ok(Weighed {
+        id,
+        log_sha256: log_sha,
+        rover_sha256: rover_sha.clone(),
+    })
 }
 
 /// Most rows that are weighed: every one takes some 10 kB of memory.

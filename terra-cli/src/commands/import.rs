@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use terra_data::{ImportKind, ImportedLog, import, read_scm_json, write_terrains};
-use terra_model::catalogue;
+use terra_model::catalogue::{self, Terrain};
 
 use crate::args::ImportArg;
 use crate::commands::export::chrono;
@@ -83,6 +83,15 @@ fn tell(log: &ImportedLog, out: &Path) -> Result<(), CliError> {
     output::stdout(&said)
 }
 
+/// The soil of Chrono's JSON; writes a catalogue with it, where one is asked for.
+pub(crate) fn soil(source: &Path, catalogue: Option<&Path>) -> Result<Terrain, CliError> {
+    let soil = read_scm_json(source)?;
+    if let Some(out) = catalogue {
+        write_terrains(out, std::slice::from_ref(&soil))?;
+    }
+    Ok(soil)
+}
+
 /// Chrono's JSON to a catalogue; or a soil that terra knows to Chrono's JSON, when that is what is to be written.
 fn terrain(source: &Path, out: &Path) -> Result<(), CliError> {
     let json = |path: &Path| {
@@ -93,8 +102,7 @@ fn terrain(source: &Path, out: &Path) -> Result<(), CliError> {
         let soil = catalogue::find(&source.to_string_lossy())?;
         return output::json(Some(out), &chrono(soil)?);
     }
-    let soil = read_scm_json(source)?;
-    write_terrains(out, std::slice::from_ref(&soil))?;
+    let soil = soil(source, Some(out))?;
     output::stdout(&format!(
         "{}: terrain '{}'; use it with hypotheses = \"{}\" in [terrain]\n",
         out.display(),

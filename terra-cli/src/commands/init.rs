@@ -10,15 +10,7 @@ use crate::error::CliError;
 use crate::output;
 
 pub(crate) fn run(class: ClassArg, out: &Path, force: bool) -> Result<(), CliError> {
-    output::claim(&[Some(out)], &[])?;
-    let text = file_of(class);
-    let write = |w: &mut dyn Write| w.write_all(text.as_bytes());
-    let written = if force {
-        atomic_write(out, write)
-    } else {
-        atomic_write_new(out, write)
-    };
-    written.map_err(|e| exists(e, out))?;
+    let text = write(class, out, force)?;
     let guesses = text.matches("estimate: ").count();
     let open = match guesses {
         0 => String::new(),
@@ -29,6 +21,20 @@ pub(crate) fn run(class: ClassArg, out: &Path, force: bool) -> Result<(), CliErr
         out.display(),
         text.lines().count()
     ))
+}
+
+/// Writes the file of a class; returns what it holds.
+pub(crate) fn write(class: ClassArg, out: &Path, force: bool) -> Result<&'static str, CliError> {
+    output::claim(&[Some(out)], &[])?;
+    let text = file_of(class);
+    let write = |w: &mut dyn Write| w.write_all(text.as_bytes());
+    let written = if force {
+        atomic_write(out, write)
+    } else {
+        atomic_write_new(out, write)
+    };
+    written.map_err(|e| exists(e, out))?;
+    Ok(text)
 }
 
 /// Says how to overwrite on purpose.
@@ -45,7 +51,8 @@ fn exists(e: DataError, out: &Path) -> CliError {
     e.into()
 }
 
-fn file_of(class: ClassArg) -> &'static str {
+/// The commented rover file of a class.
+pub(crate) fn file_of(class: ClassArg) -> &'static str {
     match class {
         ClassArg::Husky => include_str!("../init/husky.toml"),
         ClassArg::Jackal => include_str!("../init/jackal.toml"),

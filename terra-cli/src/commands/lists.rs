@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use serde_json::{Value, json};
+use terra_model::catalogue::Terrain;
 use terra_model::models::{Filling, Slots};
 use terra_model::{AnyEffect, AnyModel, Param, Registry, Scale, catalogue};
 
@@ -219,14 +220,19 @@ pub(crate) fn terrains_json() -> Value {
     json!(
         catalogue::terrains()
             .iter()
-            .map(|t| json!({
-                "id": t.id, "set": t.set, "name": t.name, "moisture_pct": t.moisture,
-                "sinkage_exponent": t.sinkage_exponent, "k_c": t.k_c, "k_phi": t.k_phi, "cohesion": t.cohesion,
-                "friction_angle": t.friction_angle, "shear_modulus": t.shear_modulus, "c1": t.c1, "c2": t.c2,
-                "class": t.class, "confidence": t.confidence.mark(), "source": t.source,
-            }))
+            .map(terrain_json)
             .collect::<Vec<_>>()
     )
+}
+
+/// A soil as JSON.
+pub(crate) fn terrain_json(t: &Terrain) -> Value {
+    json!({
+        "id": t.id, "set": t.set, "name": t.name, "moisture_pct": t.moisture,
+        "sinkage_exponent": t.sinkage_exponent, "k_c": t.k_c, "k_phi": t.k_phi, "cohesion": t.cohesion,
+        "friction_angle": t.friction_angle, "shear_modulus": t.shear_modulus, "c1": t.c1, "c2": t.c2,
+        "class": t.class, "confidence": t.confidence.mark(), "source": t.source,
+    })
 }
 
 pub(crate) fn terrains(as_json: bool) -> Result<(), CliError> {

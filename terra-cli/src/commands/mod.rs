@@ -1,13 +1,13 @@
 //! One file a command.
 
-mod bevameter;
-mod campaign;
-mod campaign_cross;
-mod campaign_gap;
-mod challenge;
-mod challenge_run;
+pub(crate) mod bevameter;
+pub(crate) mod campaign;
+pub(crate) mod campaign_cross;
+pub(crate) mod campaign_gap;
+pub(crate) mod challenge;
+pub(crate) mod challenge_run;
 pub(crate) mod cite;
-mod demo;
+pub(crate) mod demo;
 pub(crate) mod estimate;
 mod estimate_view;
 pub(crate) mod export;
@@ -18,12 +18,12 @@ pub(crate) mod identifiability;
 pub(crate) mod identify;
 mod identify_view;
 pub(crate) mod import;
-mod init;
+pub(crate) mod init;
 pub(crate) mod inspect;
 pub(crate) mod lists;
 mod pages;
 pub(crate) mod simulate;
-mod sweep;
+pub(crate) mod sweep;
 pub(crate) mod wheel;
 
 use clap::CommandFactory;

@@ -3,9 +3,10 @@
 use std::fmt::Write;
 use std::path::Path;
 
+use serde_json::{Value, json};
 use terra_data::{read_rover, write_drive_log, write_rig_log};
 use terra_model::Registry;
-use terra_sim::{Scenario, SimError, TruthColumn, simulate_drive, simulate_rig};
+use terra_sim::{Scenario, SimError, TruthColumn, TruthOnly, simulate_drive, simulate_rig};
 
 use crate::error::CliError;
 use crate::output;
@@ -46,10 +47,25 @@ pub(crate) fn run(
 }
 
 /// What a scenario may hold beside the effects of the library: a diagnosis does not know them.
+fn listed() -> impl Iterator<Item = &'static TruthOnly> {
+    let own = terra_sim::off_library().iter();
+    own.chain(terra_sim::form_variants())
+}
+
+/// `terra simulate --list` as JSON.
+pub(crate) fn list_json() -> Value {
+    let rows = listed().map(|e| {
+        let (low, high) = e.magnitude;
+        json!({
+            "name": e.name, "form": e.form, "min": low, "max": high, "unit": e.unit, "summary": e.summary,
+            "reference": e.reference,
+        })
+    });
+    rows.collect()
+}
+
 pub(crate) fn list() -> Result<(), CliError> {
-    let rows: Vec<Vec<String>> = terra_sim::off_library()
-        .iter()
-        .chain(terra_sim::form_variants())
+    let rows: Vec<Vec<String>> = listed()
         .map(|e| {
             let (low, high) = e.magnitude;
             vec![

@@ -6,7 +6,7 @@ use terra_model::{
     AnyEffect, Contact, ForceLaw, Law, LugPhase, ModelError, Registry, StressProfile, Touch,
 };
 
-use crate::args::WheelArgs;
+use crate::args::{ReportArgs, WheelArgs};
 use crate::commands::pages::acts_on;
 use crate::error::CliError;
 use crate::output;
@@ -38,13 +38,88 @@ pub(crate) fn run(args: &WheelArgs) -> Result<(), CliError> {
     ];
     let inputs: Vec<&Path> = args.soil.catalogue.as_deref().into_iter().collect();
     output::claim_with(&args.report, &tables, &inputs)?;
-    let slips = slips(&args.slip)?;
-    let (law, magnitudes) = law(&Registry::builtin().with_forms(), &args.model)?;
-    let given = values(&args.value)?;
-    let soils = Soils::open(args.soil.catalogue.as_deref())?;
-    let mut p = parameters(soils.find(&args.soil.terrain)?, law.model(), &given)?;
-    p.extend(magnitudes);
+    let found = tables_of(&Asked {
+        terrain: &args.soil.terrain,
+        catalogue: args.soil.catalogue.as_deref(),
+        model: &args.model,
+        values: &values(&args.value)?,
+        radius: args.radius,
+        width: args.width,
+        load: args.load,
+        slips: &slips(&args.slip)?,
+        contributions: args.contributions,
+        stress: args.stress,
+        lugs: args.lugs,
+        report: &args.report,
+    })?;
+    let beside = [(stress_file, found.stress), (lugs_file, found.lugs)];
+    if let Some(path) = &args.csv {
+        output::text(Some(path), &found.forces)?;
+        for (file, table) in beside {
+            if let Some(table) = table {
+                output::text(file.as_deref(), &table)?;
+            }
+        }
+        return Ok(());
+    }
+    let mut csv = found.forces;
+    for table in beside.into_iter().filter_map(|(_, table)| table) {
+        csv.push('\n');
+        csv.push_str(&table);
+    }
+    output::stdout(&csv)
+}
 
+/// What is asked of a wheel.
+pub(crate) struct Asked<'a> {
+    pub(crate) terrain: &'a str,
+    /// Soils of one's own.
+    pub(crate) catalogue: Option<&'a Path>,
+    pub(crate) model: &'a str,
+    /// Values in place of the soil's.
+    pub(crate) values: &'a [(&'a str, f64)],
+    pub(crate) radius: f64,
+    pub(crate) width: f64,
+    pub(crate) load: f64,
+    pub(crate) slips: &'a [f64],
+    pub(crate) contributions: bool,
+    pub(crate) stress: bool,
+    pub(crate) lugs: bool,
+    pub(crate) report: &'a ReportArgs,
+}
+
+/// The tables of a wheel, as CSV.
+pub(crate) struct Tables {
+    pub(crate) forces: String,
+    pub(crate) stress: Option<String>,
+    pub(crate) lugs: Option<String>,
+}
+
+/// A law with the parameters of a soil by its id, then the magnitudes of its effects.
+pub(crate) fn law_on(
+    registry: &Registry,
+    model: &str,
+    terrain: &str,
+    catalogue: Option<&Path>,
+    values: &[(&str, f64)],
+) -> Result<(Law, Vec<f64>), CliError> {
+    let (law, magnitudes) = law(registry, model)?;
+    let soils = Soils::open(catalogue)?;
+    let mut p = parameters(soils.find(terrain)?, law.model(), values)?;
+    p.extend(magnitudes);
+    Ok((law, p))
+}
+
+/// The tables that were asked for; writes the report, where one was.
+pub(crate) fn tables_of(args: &Asked<'_>) -> Result<Tables, CliError> {
+    let registry = Registry::builtin().with_forms();
+    let (law, p) = law_on(
+        &registry,
+        args.model,
+        args.terrain,
+        args.catalogue,
+        args.values,
+    )?;
     let mut csv = HEADER.to_owned();
     if args.contributions {
         csv.push(',');
@@ -54,7 +129,7 @@ pub(crate) fn run(args: &WheelArgs) -> Result<(), CliError> {
     let mut stress = STRESS_HEADER.to_owned();
     let mut lugs = LUGS_HEADER.to_owned();
     let mut rows = vec![];
-    for slip in slips {
+    for &slip in args.slips {
         let at = Contact::new(slip, args.load, args.radius, args.width);
         match law.forces(&p, &at) {
             Ok(f) => {
@@ -125,23 +200,12 @@ pub(crate) fn run(args: &WheelArgs) -> Result<(), CliError> {
             Err(e) => return Err(e.into()),
         }
     }
-    output::report(&args.report, || page(args, rows))?;
-    if let Some(path) = &args.csv {
-        output::text(Some(path), &csv)?;
-        for (file, table) in [(stress_file, stress), (lugs_file, lugs)] {
-            if file.is_some() {
-                output::text(file.as_deref(), &table)?;
-            }
-        }
-        return Ok(());
-    }
-    for (asked, table) in [(args.stress, stress), (args.lugs, lugs)] {
-        if asked {
-            csv.push('\n');
-            csv.push_str(&table);
-        }
-    }
-    output::stdout(&csv)
+    output::report(args.report, || page(args, rows))?;
+    Ok(Tables {
+        forces: csv,
+        stress: args.stress.then_some(stress),
+        lugs: args.lugs.then_some(lugs),
+    })
 }
 
 /// What the lugs push during the passage of one, line by line.
@@ -166,7 +230,7 @@ fn stresses(profile: &StressProfile) -> impl Iterator<Item = [f64; 3]> + '_ {
     points.map(|p| [p.angle, p.normal_stress, p.shear_stress])
 }
 
-fn page(args: &WheelArgs, rows: Vec<WheelRow>) -> report::Page {
+fn page(args: &Asked<'_>, rows: Vec<WheelRow>) -> report::Page {
     let view = report::WheelView {
         title: "Forces and stresses".to_owned(),
         load: args.load,
@@ -178,11 +242,11 @@ fn page(args: &WheelArgs, rows: Vec<WheelRow>) -> report::Page {
         subtitle: format!(
             "{} on {}: radius {} m, width {} m, load {} N{}",
             args.model,
-            args.soil.terrain,
+            args.terrain,
             args.radius,
             args.width,
             args.load,
-            with(&args.value)
+            with(args.values)
         ),
         sections: vec![report::wheel_section(&view)],
         provenance: vec![("terra".to_owned(), env!("CARGO_PKG_VERSION").to_owned())],
@@ -190,9 +254,11 @@ fn page(args: &WheelArgs, rows: Vec<WheelRow>) -> report::Page {
 }
 
 /// Values in place of the soil's, for a line of text.
-pub(super) fn with(values: &[String]) -> String {
-    let all: Vec<String> = values.iter().map(|v| format!(", {}", v.trim())).collect();
-    all.concat()
+pub(super) fn with<N: std::fmt::Display>(values: &[(N, f64)]) -> String {
+    let all = values
+        .iter()
+        .map(|(name, value)| format!(", {name}={value}"));
+    all.collect()
 }
 
 /// The file of another table: its name before the extension.

@@ -15,6 +15,7 @@ use crate::challenge::design::{AnyLog, simulate};
 use crate::error::CliError;
 use crate::identify::{self, IdentifyOptions, identify_drive, identify_rig};
 use crate::input::sha256;
+use crate::progress::Watch;
 use crate::start::{Log, complete};
 
 /// What every run shares.
@@ -34,6 +35,7 @@ pub(crate) fn execute(
     plan: &Plan,
     shard: Shard,
     out: &Path,
+    watch: &Watch,
     step: &(dyn Fn() + Sync),
 ) -> Result<usize, CliError> {
     let runs: Vec<u64> = shard.runs(plan.total()).collect();
@@ -59,11 +61,14 @@ pub(crate) fn execute(
         let lines: Vec<Result<String, CliError>> = some
             .par_iter()
             .map(|run| {
+                watch.go_on()?;
                 let line = shared.line(*run);
                 step();
                 line
             })
             .collect();
+        // Another sweep may go on with the file by now: it is left as it is.
+        watch.go_on()?;
         let mut text = String::new();
         let mut failure = None;
         for line in lines {

@@ -1,40 +1,57 @@
 //! What the commands do, as functions: the same answers for a program that is no command line (the Python package).
 //!
-//! Nothing here prints or writes; a registry may hold the caller's own models and effects.
+//! Nothing here prints, and nothing is written but the files that are asked for; a registry may hold the caller's own models
+//! and effects.
 
+mod beginnings;
+mod campaigns;
+mod challenges;
 mod soils;
 mod sweeps;
 mod watching;
+mod wheel;
 
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 use serde_json::Value;
 use terra_data::{
-    LogKind, Rover, SoilSharing, parse_rover_in, read_rover_with, write_drive_log_to,
+    LogKind, Rover, SoilSharing, names_a_file, parse_rover_in, read_rover_with, write_drive_log_to,
     write_rig_log_to,
 };
 use terra_gap::{HoldOut, Settings, to_json};
-use terra_model::{Law, Registry};
+use terra_model::Registry;
 use terra_sim::{Scenario, SimError, simulate_drive, simulate_rig};
 
 use crate::args::{HoldOutArg, ImportArg};
-use crate::bevameter::{Columns, Kind, fit, read, to_json as to_bevameter_json};
-use crate::commands::gap::hold_out as hold_out_of;
+use crate::bevameter::{Columns, Kind, to_json as to_bevameter_json};
+use crate::commands::gap::{hold_out as hold_out_of, report as report_of};
 use crate::commands::{
-    estimate as estimating, gap_case as diagnosing, identifiability as rows, identify as weighing,
-    import as importing, inspect as looking, lists, simulate as simulating, wheel as wheels,
+    bevameter as pressing, estimate as estimating, gap_case as diagnosing, identifiability as rows,
+    identify as weighing, import as importing, inspect as looking, lists, simulate as simulating,
 };
 use crate::error::CliError;
-use crate::identify::{self, IdentifyOptions, identify_drive_among, identify_rig_among};
+use crate::identify::IdentifyOptions;
 use crate::input::{self, LogFile};
-use crate::robot::forces;
+use crate::output;
 
-pub use soils::{
-    ComplianceOptions, ExportOptions, Soil, cite, hypotheses, scm_json, slip_compliance,
+pub use crate::args::ReportArgs as ReportFiles;
+pub use crate::progress::Stop;
+pub use beginnings::{Demonstration, demo, init, init_into};
+pub use campaigns::{
+    Cases, campaign_cross_structure, campaign_faults, campaign_gap, campaign_gap_calibration,
+    campaign_ramps, campaign_reproduction,
 };
-pub use sweeps::{merge, sweep_runs};
+pub use challenges::{
+    ChallengeOptions, challenge_make, challenge_reveal, challenge_run, challenge_score,
+};
+pub use soils::{
+    ComplianceOptions, ExportOptions, Soil, cite, hypotheses, import_scm_json, scm_json,
+    slip_compliance,
+};
+pub use sweeps::{merge, merge_into, sweep, sweep_runs};
 pub use watching::{WatchOptions, Watched, watch};
+pub use wheel::{WheelOptions, WheelTables, law, law_on, wheel};
 
 /// A log or a rover file: on disk, or in memory under a name for messages.
 #[derive(Clone, Debug)]
@@ -51,6 +68,14 @@ pub enum Source {
 }
 
 impl Source {
+    /// The file, where it is one.
+    fn path(&self) -> Option<&Path> {
+        match self {
+            Source::File(path) => Some(path),
+            Source::Memory { .. } => None,
+        }
+    }
+
     fn name(&self) -> &Path {
         match self {
             Source::File(path) => path,
@@ -110,6 +135,23 @@ pub fn estimators() -> Value {
     lists::estimators_json()
 }
 
+/// Refuses a report that cannot be written, or would replace an input.
+fn claim(report: &ReportFiles, inputs: &[Option<&Path>]) -> Result<(), CliError> {
+    let inputs: Vec<&Path> = inputs.iter().copied().flatten().collect();
+    output::claim_with(report, &[], &inputs)
+}
+
+/// A number within a range that ends at `most`.
+fn within(what: &str, value: usize, least: usize, most: usize) -> Result<(), CliError> {
+    if (least..=most).contains(&value) {
+        return Ok(());
+    }
+    Err(CliError::usage(
+        format!("{what} = {value}"),
+        format!("expected a whole number from {least} to {most}"),
+    ))
+}
+
 /// `terra inspect --json`: what is in a log, and what in it looks wrong.
 ///
 /// # Errors
@@ -121,11 +163,22 @@ pub fn inspect(log: &Source, rover: Option<&Source>) -> Result<Value, CliError> 
     Ok(looking::as_json(log.name(), &file, &found))
 }
 
-/// `terra bevameter --json`: soil from plates (`plate`) or from shear tests (`shear`).
+/// The effects and forms that only the simulator has, as `terra simulate --list`.
+pub fn scenario_effects() -> Value {
+    simulating::list_json()
+}
+
+/// `terra bevameter --json`: soil from plates (`plate`) or from shear tests (`shear`); writes the report, where one is asked
+/// for.
 ///
 /// # Errors
 /// As the command; another kind.
-pub fn bevameter(log: &Source, kind: &str, columns: Option<&Path>) -> Result<Value, CliError> {
+pub fn bevameter(
+    log: &Source,
+    kind: &str,
+    columns: Option<&Path>,
+    report: &ReportFiles,
+) -> Result<Value, CliError> {
     let kind = match kind {
         "plate" => Kind::Plate,
         "shear" => Kind::Shear,
@@ -136,12 +189,17 @@ pub fn bevameter(log: &Source, kind: &str, columns: Option<&Path>) -> Result<Val
             ));
         }
     };
+    claim(report, &[log.path(), columns])?;
     let columns = columns.map(Columns::read).transpose()?.unwrap_or_default();
-    let tests = match log {
-        Source::File(path) => read(path, &input::bytes(path)?, kind, &columns)?,
-        Source::Memory { bytes, .. } => read(log.name(), bytes, kind, &columns)?,
+    let read;
+    let bytes = match log {
+        Source::File(path) => {
+            read = input::bytes(path)?;
+            &read
+        }
+        Source::Memory { bytes, .. } => bytes,
     };
-    let soils = fit(kind, &tests, &columns)?;
+    let (tests, soils) = pressing::fitted(log.name(), bytes, kind, &columns, report)?;
     Ok(to_bevameter_json(kind, &tests, &soils))
 }
 
@@ -160,6 +218,8 @@ pub struct IdentifiabilityOptions {
     pub set: String,
     /// Further rows to propose.
     pub add: usize,
+    /// Report to write.
+    pub report: ReportFiles,
 }
 
 /// `terra identifiability --json`: what rows at these slips, loads \[N\] and widths \[m\] could tell.
@@ -182,6 +242,9 @@ pub fn identifiability(
             ));
         }
     }
+    within("add", options.add, 0, 50)?;
+    let set_file = names_a_file(&options.set).then(|| Path::new(&options.set));
+    claim(&options.report, &[options.catalogue.as_deref(), set_file])?;
     let noise: Vec<String> = options
         .noise
         .iter()
@@ -200,7 +263,10 @@ pub fn identifiability(
         set: options.set.clone(),
         add: options.add,
     };
-    Ok(rows::as_json(&asked, &rows::ask(&asked)?))
+    Ok(rows::as_json(
+        &asked,
+        &rows::ask_with(&asked, &options.report)?,
+    ))
 }
 
 /// The log of `terra import`, as the CSV it writes, with what its user should know.
@@ -233,7 +299,7 @@ pub fn import(
     Ok((csv, log.notes))
 }
 
-/// The table of `terra estimate`, as CSV.
+/// The table of `terra estimate`, as CSV; writes the report, where one is asked for.
 ///
 /// # Errors
 /// As the command: a rig log, a rover file that does not do, a filter by an unknown name.
@@ -242,17 +308,24 @@ pub fn estimate(
     rover: &Source,
     filter: &str,
     smooth: bool,
+    report: &ReportFiles,
 ) -> Result<String, CliError> {
-    let (nominal, _) = rover.rover(&Registry::builtin())?;
+    claim(report, &[log.path(), rover.path()])?;
+    let (nominal, rover_sha256) = rover.rover(&Registry::builtin())?;
     let file = log.log()?;
     if file.kind(&nominal)? == LogKind::Rig {
         return Err(estimating::no_rig(log.name()));
     }
     let within = |e: CliError| e.in_files(log.name(), rover.name());
-    if smooth {
-        let drive = file.drive(&nominal)?;
-        let forces = forces(&drive, &nominal, filter, smooth).map_err(within)?;
-        return estimating::csv(&drive, &forces.steps);
+    if smooth || report.asked() {
+        let known = estimating::Known {
+            file: &file,
+            name: log.name(),
+            rover: &nominal,
+            rover_name: rover.name(),
+            rover_sha256: &rover_sha256,
+        };
+        return estimating::in_memory(&known, filter, smooth, report);
     }
     let mut table = String::new();
     let mut put = |piece: &str| {
@@ -265,30 +338,44 @@ pub fn estimate(
     Ok(table)
 }
 
-/// `identify.json` of `terra identify`; `named` takes the place of the rover file's hypotheses: a catalogue set, a CSV of
-/// soils, or a TOML plan of sets.
+/// What is asked of [`identify`] beside how it runs.
+#[derive(Clone, Debug, Default)]
+pub struct IdentifyAsked {
+    /// In place of the rover file's hypotheses: a catalogue set, a CSV of soils, or a TOML plan of sets.
+    pub hypotheses: Option<String>,
+    /// First and last row of a drive log to weigh, from 1.
+    pub rows: Option<(usize, usize)>,
+    /// Report to write.
+    pub report: ReportFiles,
+}
+
+/// `identify.json` of `terra identify`; writes the report, where one is asked for.
 ///
 /// # Errors
 /// As the command.
 pub fn identify(
     log: &Source,
     rover: &Source,
-    named: Option<&str>,
     registry: &Registry,
+    asked: &IdentifyAsked,
     options: &IdentifyOptions,
 ) -> Result<Value, CliError> {
-    let (nominal, rover_sha256) = rover.rover(registry)?;
-    let set = identify::hypotheses(&nominal, registry, rover.folder(), named)?;
-    let file = log.log()?;
-    let mut found = match file.kind(&nominal)? {
-        LogKind::Drive => {
-            identify_drive_among(&file.drive(&nominal)?, &nominal, registry, &set, options)
-        }
-        LogKind::Rig => identify_rig_among(&file.rig(&nominal)?, &nominal, &set, options),
+    if let Some((first, last)) = asked.rows {
+        within("first of rows", first, 1, usize::MAX)?;
+        within("last of rows", last, first, usize::MAX)?;
     }
-    .map_err(|e| e.in_files(log.name(), rover.name()))?;
-    found.near_duplicates = identify::twins(&set, &nominal);
-    Ok(identify::to_json(&found, &file.sha256(), &rover_sha256))
+    claim(&asked.report, &[log.path(), rover.path()])?;
+    let case = weighing::Case {
+        log: &log.log()?,
+        log_name: log.name(),
+        rover: rover.rover(registry)?,
+        rover_name: rover.name(),
+        folder: rover.folder(),
+        registry,
+        hypotheses: asked.hypotheses.as_deref(),
+        rows: asked.rows,
+    };
+    Ok(weighing::weigh(&case, options, &asked.report)?.as_json())
 }
 
 /// What happens to old evidence, as `--choice` says it: `none`, `floor:F`, `forgetting:L`, `transition:FILE`.
@@ -308,6 +395,8 @@ pub struct GapOptions {
     pub hold_out: Option<String>,
     /// Most effects combined (1 or 2).
     pub combine: usize,
+    /// Most windows of a drive that are used, at least 16.
+    pub windows: usize,
     /// Mock cases to calibrate with; 0 takes what ships.
     pub calibrate: usize,
     /// Seed of the mock cases.
@@ -318,6 +407,8 @@ pub struct GapOptions {
     pub sim: Option<Source>,
     /// The simulator's log and the others are of the same ground.
     pub same_bed: bool,
+    /// Report to write.
+    pub report: ReportFiles,
 }
 
 impl Default for GapOptions {
@@ -326,16 +417,18 @@ impl Default for GapOptions {
             effects: None,
             hold_out: None,
             combine: 2,
+            windows: Settings::WINDOWS,
             calibrate: 0,
             seed: 1,
             soil: "shared".to_owned(),
             sim: None,
             same_bed: false,
+            report: ReportFiles::default(),
         }
     }
 }
 
-/// `verdict.json` of `terra gap`, of one log or of several together.
+/// `verdict.json` of `terra gap`, of one log or of several together; writes the report, where one is asked for.
 ///
 /// # Errors
 /// As the command.
@@ -351,6 +444,18 @@ pub fn gap(
             "1 tries effects one by one, 2 also pairs",
         ));
     }
+    within("windows", options.windows, 16, u32::MAX as usize)?;
+    within("calibrate", options.calibrate, 0, 100_000)?;
+    if options.same_bed && options.sim.is_none() {
+        return Err(CliError::usage(
+            "same_bed without sim",
+            "it says that the simulator's log and the others are of the same ground",
+        ));
+    }
+    let mut inputs: Vec<Option<&Path>> = logs.iter().map(Source::path).collect();
+    inputs.push(rover.path());
+    inputs.push(options.sim.as_ref().and_then(Source::path));
+    claim(&options.report, &inputs)?;
     let soil = match options.soil.as_str() {
         "shared" => SoilSharing::Shared,
         "own" => SoilSharing::Own,
@@ -365,12 +470,14 @@ pub fn gap(
         let mut settings = Settings::of(nominal);
         settings.effects = options.effects.clone();
         settings.combine = options.combine;
+        settings.windows = options.windows;
         settings.calibrate = options.calibrate;
         settings.seed = options.seed;
         settings.soil = soil;
         settings.hold_out = hold_out(options.hold_out.as_deref(), kind)?;
         Ok(settings)
     };
+    let names: Vec<&Path> = logs.iter().map(Source::name).collect();
     let logs = logs
         .iter()
         .map(|log| {
@@ -396,6 +503,7 @@ pub fn gap(
             .transpose()?,
     };
     let verdict = diagnosing::diagnose(case, &settings)?;
+    report_of(&options.report, &names, &verdict)?;
     Ok(to_json(&verdict.diagnosis, &verdict.provenance))
 }
 
@@ -411,14 +519,6 @@ fn hold_out(asked: Option<&str>, kind: LogKind) -> Result<Option<HoldOut>, CliEr
         })
         .transpose()?;
     hold_out_of(asked, kind)
-}
-
-/// `model+effect=magnitude+...` to a law and its magnitudes.
-///
-/// # Errors
-/// [`CliError::Usage`]: an unknown name, an effect without a magnitude, a pair that does not go together.
-pub fn law(registry: &Registry, text: &str) -> Result<(Law, Vec<f64>), CliError> {
-    wheels::law(registry, text)
 }
 
 /// A simulated log and its truth, as the CSV files that `terra simulate` writes.

@@ -6,9 +6,11 @@ use serde_json::{Map, Value, json};
 use terra_model::{ForceLaw, Registry};
 
 use super::Source;
-use crate::commands::export as exporting;
+use crate::commands::lists::terrain_json;
+use crate::commands::{export as exporting, import as importing};
 use crate::error::CliError;
 use crate::identify::hypotheses as weighed;
+use crate::output;
 
 /// A soil to export.
 #[derive(Clone, Debug)]
@@ -92,6 +94,16 @@ pub fn slip_compliance(
         tolerance: wheel.tolerance,
     };
     exporting::compliance(&soil.asked(options), &wheel)
+}
+
+/// `terra import scm-json`: the soil of Chrono's JSON, as [`terrains`](super::terrains) gives soils; writes a catalogue with
+/// it, where one is asked for.
+///
+/// # Errors
+/// As the command.
+pub fn import_scm_json(source: &Path, catalogue: Option<&Path>) -> Result<Value, CliError> {
+    output::claim(&[catalogue], &[source])?;
+    Ok(terrain_json(&importing::soil(source, catalogue)?))
 }
 
 /// What [`identify`](super::identify) weighs: the hypotheses of the rover file, or of the set, file or plan that is named

@@ -1,9 +1,9 @@
 """What forces does the ground give each wheel, what soil is it, and which unmodelled effect makes the simulator differ
 from reality?
 
-The answers of the command ``terra``, with numpy in and out and the same numbers; the command itself, with its campaigns
-and sweeps, comes with the package. SI units and radians throughout; column and key names carry their unit. Long
-work releases the interpreter's lock and answers Ctrl-C.
+All that the command ``terra`` does, with numpy in and out and the same numbers; the command itself comes with the
+package. Campaigns are in ``terra.campaign``, blind challenges in ``terra.challenge``. SI units and radians throughout;
+column and key names carry their unit. Long work releases the interpreter's lock and answers Ctrl-C.
 
 >>> import numpy as np, terra
 >>> forces = terra.wheel_forces("dry_sand", np.linspace(0.1, 0.9, 9), 245.25, radius=0.254, width=0.15)
@@ -24,7 +24,7 @@ from typing import Any, Mapping, Sequence, Union
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import _terra
+from . import _terra, campaign, challenge
 from ._terra import (
     BadData,
     ConfigurationError,
@@ -45,7 +45,10 @@ __all__ = [
     "TerraError",
     "__version__",
     "bevameter",
+    "campaign",
+    "challenge",
     "cite",
+    "demo",
     "effects",
     "estimate",
     "estimators",
@@ -55,13 +58,19 @@ __all__ = [
     "identifiability",
     "identify",
     "import_log",
+    "import_scm_json",
+    "init",
     "inspect",
+    "merge",
     "models",
+    "scenario_effects",
     "scm_json",
     "simulate",
     "slip_compliance",
+    "sweep",
     "terrains",
     "watch",
+    "wheel",
     "wheel_forces",
     "wheel_stresses",
 ]
@@ -72,6 +81,8 @@ Log = Union[str, "os.PathLike[str]", Mapping[str, Any]]
 Rover = Union[str, "os.PathLike[str]", Mapping[str, Any]]
 #: A soil: an id of the catalogue, or values by the model's parameter names (SI, rad).
 Terrain = Union[str, Mapping[str, float]]
+#: A path.
+Path = Union[str, "os.PathLike[str]"]
 #: A soil to export: an id, the path of what ``terra identify --json`` wrote, or what ``identify`` returned.
 Exported = Union[str, "os.PathLike[str]", Mapping[str, Any]]
 
@@ -103,6 +114,8 @@ def wheel_forces(
     width: ArrayLike,
     model: str = "wong-reece",
     registry: Registry | None = None,
+    catalogue: Path | None = None,
+    values: Mapping[str, float] | None = None,
 ) -> dict[str, NDArray[Any]]:
     """Forces of the ground on one wheel, for any number of contacts at once.
 
@@ -114,14 +127,17 @@ def wheel_forces(
         width: wheel width in m.
         model: ``"wong-reece"``, or with effects ``"wong-reece+slip-sinkage=0.3"``.
         registry: where models and effects are looked up.
+        catalogue: a file with soils of one's own (CSV); an id that is in both is that of the file.
+        values: parameters (SI, rad) in place of the soil's own, or that it does not give.
 
     Slip, load, radius and width are broadcast against each other.
 
     Returns:
         Arrays of that shape: ``drawbar_pull_N``, ``torque_N_m``, ``thrust_N`` (of it ``rim_thrust_N`` and
         ``lug_thrust_N``), ``motion_resistance_N`` (of it ``compaction_resistance_N`` and
-        ``bulldozing_resistance_N``), ``other_force_N`` that an effect adds under no other name, ``lateral_force_N``, ``sinkage_m``, ``entry_angle_rad``, ``max_stress_angle_rad``, and ``carried``: False
-        (and NaN elsewhere) where the soil cannot carry the load.
+        ``bulldozing_resistance_N``), ``other_force_N`` that an effect adds under no other name, ``lateral_force_N``,
+        ``sinkage_m``, ``entry_angle_rad``, ``max_stress_angle_rad``, and ``carried``: False (and NaN elsewhere) where the
+        soil cannot carry the load.
 
     Raises:
         ConfigurationError: an unknown name, a number out of range.
@@ -131,7 +147,9 @@ def wheel_forces(
     )
     shape = arrays[0].shape
     s, w, r, b = (np.ascontiguousarray(a).reshape(-1) for a in arrays)
-    out = _terra.wheel_forces(_terrain(terrain), s, w, r, b, model, registry)
+    out = _terra.wheel_forces(
+        _terrain(terrain), s, w, r, b, model, registry, catalogue, _pairs(values or {})
+    )
     return {name: np.asarray(values).reshape(shape) for name, values in out.items()}
 
 
@@ -144,10 +162,78 @@ def wheel_stresses(
     width: float,
     model: str = "wong-reece",
     points: int = 101,
+    catalogue: Path | None = None,
+    values: Mapping[str, float] | None = None,
 ) -> dict[str, NDArray[np.float64]]:
-    """Stresses along the contact from exit to entry: ``angle_rad``, ``normal_stress_Pa``, ``shear_stress_Pa``."""
+    """Stresses along the contact from exit to entry: ``angle_rad``, ``normal_stress_Pa``, ``shear_stress_Pa``, of
+    ``points`` values each. Arguments as those of ``wheel_forces``.
+
+    Raises:
+        ConfigurationError: an unknown name, a number out of range, a model that knows forces alone.
+    """
     return _terra.wheel_stresses(
-        _terrain(terrain), slip, normal_load, radius, width, model, points
+        _terrain(terrain), slip, normal_load, radius, width, model, points, catalogue, _pairs(values or {})
+    )
+
+
+def wheel(
+    terrain: str,
+    slip: ArrayLike,
+    normal_load: float,
+    *,
+    radius: float,
+    width: float,
+    model: str = "wong-reece",
+    values: Mapping[str, float] | None = None,
+    catalogue: Path | None = None,
+    contributions: bool = False,
+    stress: bool = False,
+    lugs: bool = False,
+    html: Path | None = None,
+    figures: Path | None = None,
+) -> dict[str, dict[str, Any]]:
+    """The force-slip curve of one wheel under one load: the tables and the report of ``terra wheel``.
+
+    ``wheel_forces`` gives any number of loads and wheels at once.
+
+    Args:
+        terrain: id of a soil, of ``terrains()`` or of ``catalogue``.
+        slip: library slips in [-1, 1], n of them.
+        normal_load: N.
+        radius: m.
+        width: m.
+        model: as for ``wheel_forces``.
+        values: parameters (SI, rad) in place of the soil's own, or that it does not give.
+        catalogue: a file with soils of one's own (CSV); an id that is in both is that of the file.
+        contributions: also the parts of the drawbar pull.
+        stress: also the stresses along the contact.
+        lugs: also what the lugs push during the passage of one.
+        html: a report to write (HTML, one file).
+        figures: a folder for each figure of that report (SVG) and its numbers (CSV).
+
+    Returns:
+        Tables by name, columns as the command writes them: ``forces`` (n rows; NaN where ``status`` says that the soil
+        cannot carry the load), and where asked for ``stress`` (a row a slip and an angle) and ``lugs`` (a row a slip and a
+        moment of the passage).
+
+    Raises:
+        ConfigurationError: an unknown name, a number out of range, stresses or lugs of a model without.
+    """
+    slips = np.atleast_1d(np.asarray(slip, dtype=np.float64)).tolist()
+    return _terra.wheel(
+        terrain,
+        slips,
+        float(normal_load),
+        float(radius),
+        float(width),
+        model,
+        _pairs(values or {}),
+        catalogue,
+        contributions,
+        stress,
+        lugs,
+        html,
+        figures,
     )
 
 
@@ -176,6 +262,84 @@ def estimators() -> list[dict[str, Any]]:
     return _terra.estimators()
 
 
+def scenario_effects() -> list[dict[str, Any]]:
+    """The effects and forms that only the simulator has, as ``terra simulate --list``: ``name``, ``form``, ``min`` and
+    ``max`` of the magnitudes worth drawing with their ``unit``, ``summary`` and ``reference``."""
+    return _terra.scenario_effects()
+
+
+def init(robot: str, out: Path | None = None, *, force: bool = False) -> str:
+    """A commented rover file to start from, as ``terra init`` writes it: published figures, guesses marked.
+
+    Args:
+        robot: ``"husky"``, ``"jackal"``, ``"single-wheel-rig"`` or ``"paper-robot"``.
+        out: a file to write it to (TOML); the command's own is ``rover.toml``, here none is written when absent.
+        force: overwrite that file.
+
+    Returns:
+        The text of the file.
+
+    Raises:
+        ConfigurationError: an unknown robot.
+        TerraError: the file exists, or cannot be written.
+    """
+    return _terra.init(robot, out, force)
+
+
+def demo(out: Path = "terra-demo", *, figures: Path | None = None) -> dict[str, dict[str, Any]]:
+    """The main job end to end on input of its own: ``report.html``, ``identify.json`` and ``verdict.json`` in a folder.
+
+    Args:
+        out: the folder.
+        figures: a folder for each figure of the report (SVG) and its numbers (CSV).
+
+    Returns:
+        ``identify`` and ``verdict``: what the two JSON files hold.
+    """
+    identified, verdict = _terra.demo(out, figures)
+    return {"identify": identified, "verdict": verdict}
+
+
+def sweep(plan: Path, out: Path, *, shard: tuple[int, int] | None = None) -> tuple[int, int]:
+    """A grid of runs, as ``terra sweep``: JSON lines in a file, the same bytes on any number of threads.
+
+    What is in the file already is kept, so that the call that was stopped is simply made again. Ctrl-C ends the sweep
+    after the runs at hand.
+
+    Args:
+        plan: what is run, over which grid (TOML).
+        out: the file.
+        shard: ``(i, n)`` for runs i, i + n, ... alone, i from 1; see ``merge``.
+
+    Returns:
+        Runs of the plan or the shard, and how many of them were left to do.
+
+    Raises:
+        ConfigurationError: a plan, scenario or rover file with a mistake.
+        BadData: a file of another plan.
+    """
+    return _terra.sweep(plan, out, None if shard is None else f"{shard[0]}/{shard[1]}")
+
+
+def merge(files: Sequence[Path], out: Path | None = None) -> list[dict[str, Any]] | None:
+    """Joins the shards of a sweep, as ``terra merge``.
+
+    Args:
+        files: the shards, in any order.
+        out: a file for the bytes of an unsharded run.
+
+    Returns:
+        The runs in order (``run``, ``seed``, ``vary``, ``result``); none when they go to a file.
+
+    Raises:
+        BadData: a shard that is not finished, a run that is there twice or not at all.
+    """
+    if out is not None:
+        _terra.merge_into(list(files), out)
+        return None
+    return _terra.merge(list(files))
+
+
 def simulate(
     scenario: str | os.PathLike[str],
     *,
@@ -196,7 +360,12 @@ def inspect(log: Log, rover: Rover | None = None) -> dict[str, Any]:
 
 
 def bevameter(
-    log: Log, kind: str, *, columns: str | os.PathLike[str] | None = None
+    log: Log,
+    kind: str,
+    *,
+    columns: Path | None = None,
+    html: Path | None = None,
+    figures: Path | None = None,
 ) -> dict[str, Any]:
     """Soil from plates pressed into the ground or from shear tests: the content of ``terra bevameter --json``.
 
@@ -205,8 +374,10 @@ def bevameter(
             ``normal_stress_Pa``, ``shear_displacement_m``, ``shear_stress_Pa``; ``soil`` keeps soils apart.
         kind: ``"plate"`` or ``"shear"``.
         columns: a file with other names and units (TOML).
+        html: a report to write (HTML, one file).
+        figures: a folder for each figure of that report (SVG) and its numbers (CSV).
     """
-    return _terra.bevameter(_log(log), kind, columns)
+    return _terra.bevameter(_log(log), kind, columns, html, figures)
 
 
 def identifiability(
@@ -222,6 +393,8 @@ def identifiability(
     set: str = "wong21",
     catalogue: str | os.PathLike[str] | None = None,
     add: int = 3,
+    html: Path | None = None,
+    figures: Path | None = None,
 ) -> dict[str, Any]:
     """What could rows at these slips and loads tell about a soil? The content of ``terra identifiability --json``.
 
@@ -236,7 +409,9 @@ def identifiability(
         values: parameters in place of the soils' own, or that no soil gives.
         set: soils that should be told apart: a set of the catalogue, or a file of soils.
         catalogue: a file with soils of one's own (CSV).
-        add: further rows to propose.
+        add: further rows to propose, 0 to 50.
+        html: a report to write (HTML, one file).
+        figures: a folder for each figure of that report (SVG) and its numbers (CSV).
     """
     if noise is None:
         noise = {"drawbar_pull_N": 0.5, "torque_N_m": 0.1}
@@ -250,6 +425,8 @@ def identifiability(
         set,
         catalogue,
         add,
+        html,
+        figures,
     )
 
 
@@ -270,15 +447,37 @@ def import_log(
     return _terra.import_log(kind, source, map)
 
 
+def import_scm_json(source: Path, *, out: Path | None = None) -> dict[str, Any]:
+    """The soil of a JSON file of Chrono's soil contact model, as ``terra import scm-json``.
+
+    Args:
+        source: the file; its name becomes the soil's id.
+        out: a catalogue to write (CSV), which ``catalogue=`` and ``hypotheses=`` take.
+
+    Returns:
+        The soil, with the keys of ``terrains()``.
+
+    Raises:
+        ConfigurationError: no JSON, a key missing, a value that is none of a soil.
+    """
+    return _terra.import_scm_json(source, out)
+
+
 def estimate(
-    log: Log, rover: Rover, *, filter: str = "block", smooth: bool = False
+    log: Log,
+    rover: Rover,
+    *,
+    filter: str = "block",
+    smooth: bool = False,
+    html: Path | None = None,
+    figures: Path | None = None,
 ) -> dict[str, Any]:
     """Wheel force, torque and slip with 1-sigma for each row of a drive log, without any soil model.
 
     Columns as ``terra estimate`` writes them; ``filter`` as in ``filters()``; ``smooth`` uses the whole log for
-    every instant.
+    every instant; ``html`` and ``figures``: a report to write, and a folder for its figures (SVG, CSV).
     """
-    return _terra.estimate(_log(log), _rover(rover), filter, smooth)
+    return _terra.estimate(_log(log), _rover(rover), filter, smooth, html, figures)
 
 
 def identify(
@@ -292,7 +491,10 @@ def identify(
     history: bool = False,
     refine: bool = True,
     filter: str = "block",
+    rows: tuple[int, int] | None = None,
     registry: Registry | None = None,
+    html: Path | None = None,
+    figures: Path | None = None,
 ) -> dict[str, Any]:
     """What soil is it? The content of ``terra identify --json`` (schema ``terra-identify/1``).
 
@@ -303,10 +505,27 @@ def identify(
         join: one soil under both sides.
         history: keep the posterior after every sample.
         refine: refine the winner's parameters.
+        filter: of the forces, as in ``filters()``.
+        rows: first and last row of a drive log to weigh, the first being 1; a log of more than 300 000 needs it.
+        registry: with models of one's own.
+        html: a report to write (HTML, one file).
+        figures: a folder for each figure of that report (SVG) and its numbers (CSV).
     """
     named = None if hypotheses is None else os.fspath(hypotheses)
     return _terra.identify(
-        _log(log), _rover(rover), named, estimator, choice, join, history, refine, filter, registry
+        _log(log),
+        _rover(rover),
+        named,
+        estimator,
+        choice,
+        join,
+        history,
+        refine,
+        filter,
+        rows,
+        registry,
+        html,
+        figures,
     )
 
 
@@ -332,12 +551,15 @@ def gap(
     effects: Sequence[str] | None = None,
     hold_out: str | None = None,
     combine: int = 2,
+    windows: int = 512,
     calibrate: int = 0,
     seed: int = 1,
     soil: str = "shared",
     sim: Log | None = None,
     same_bed: bool = False,
     registry: Registry | None = None,
+    html: Path | None = None,
+    figures: Path | None = None,
 ) -> dict[str, Any]:
     """Where does the simulator differ from reality, and what causes it? The content of ``terra gap --json``
     (schema ``terra-gap/1``).
@@ -347,12 +569,16 @@ def gap(
         effects: candidates by name; all when absent.
         hold_out: ``segment``, ``trial``, ``condition`` or ``slip``.
         combine: most effects combined (1 or 2).
+        windows: most windows of a drive that are used, at least 16. Where there are more, every kind of motion stays
+            and frequent ones are thinned.
         calibrate: mock cases of this log's own design to calibrate with.
         seed: of the mock cases.
         soil: ``shared`` by all logs, or each log's ``own``; sizes of effects are shared either way.
         sim: an outside simulator's log of the same manoeuvres or trials: causes are then of the difference to it.
         same_bed: that log and the others are of the same ground.
         registry: with effects and models of one's own among the candidates.
+        html: a report to write (HTML, one file).
+        figures: a folder for each figure of that report (SVG) and its numbers (CSV).
     """
     names = None if effects is None else list(effects)
     several = list(log) if isinstance(log, (list, tuple)) else [log]
@@ -368,12 +594,15 @@ def gap(
         names,
         hold_out,
         combine,
+        windows,
         calibrate,
         seed,
         soil,
         None if sim is None else _log(sim),
         same_bed,
         registry,
+        html,
+        figures,
     )
 
 
