@@ -129,7 +129,7 @@ fn terrain(
     [confidence, source]: &[Option<Bound>; 2],
     file: &str,
 ) -> Result<Terrain, DataError> {
-    let text = |column: &Bound| row.text(column.index).map(|t| t.trim().to_owned());
+    let text = |column: &Bound| printable(row, column).map(str::to_owned);
     let id_text = text(id)?;
     if id_text.is_empty() {
         return Err(row.fail(id, Problem::MissingValue { column: id.shown() }));
@@ -158,12 +158,29 @@ fn terrain(
     })
 }
 
+/// A text that can be shown and written: files full of control characters are taken for binary.
+fn printable<'a>(row: &'a Row<'_>, column: &Bound) -> Result<&'a str, DataError> {
+    let text = row.text(column.index)?.trim();
+    if text
+        .chars()
+        .any(|c| c.is_control() && !"\t\n\r".contains(c))
+    {
+        let problem = Problem::UnknownMark {
+            column: column.shown(),
+            found: short(&text.escape_debug().to_string()),
+            expected: "text without control characters",
+        };
+        return Err(row.fail(column, problem));
+    }
+    Ok(text)
+}
+
 /// A text that may be missing.
 fn written(row: &Row<'_>, column: Option<&Bound>) -> Result<Option<String>, DataError> {
     let Some(column) = column else {
         return Ok(None);
     };
-    let text = row.text(column.index)?.trim();
+    let text = printable(row, column)?;
     let missing = text.is_empty() || text.eq_ignore_ascii_case("na");
     Ok((!missing).then(|| text.to_owned()))
 }

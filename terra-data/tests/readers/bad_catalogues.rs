@@ -28,6 +28,7 @@ fn bad_ones() {
         ("an unknown mark", format!("{HEADER},conf,source_note\na,s,S,1,1,1,1,30,.01,,,D,a book\n").into_bytes(), "UnknownMark", Some(2), Some(12)),
         ("a mark in small letters", format!("# mine\nconf,{HEADER}\nA,a,s,S,1,1,1,1,30,.01,,\na,b,s,S,1,1,1,1,30,.01,,\n").into_bytes(), "UnknownMark", Some(4), Some(1)),
         ("two columns of marks", format!("{HEADER},conf,conf\na,s,S,1,1,1,1,30,.01,,,A,A\n").into_bytes(), "DuplicateColumn", Some(1), Some(13)),
+        ("a name of backspaces", csv("a,s,S\x08\x08,1,1,1,1,30,.01,,"), "UnknownMark", Some(2), Some(3)),
         ("an id twice", csv("a,s,S,1,1,1,1,30,.01,,\nb,s,S,1,1,1,1,30,.01,,\na,s,S,1,1,1,1,30,.01,,"), "DuplicateTerrain", Some(4), Some(1)),
     ];
     check(&cases, |bytes| read_terrains_from(bytes, "soils.csv"));
