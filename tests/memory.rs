@@ -1,16 +1,19 @@
-//! A drive log of any length is read, inspected, run through the force filter and cut into a diagnosis' windows in memory
-//! that does not grow with it.
+//! A drive log of any length is read, inspected, run through the force filter, watched, and cut into a diagnosis' windows in
+//! memory that does not grow with it.
 //!
 //! The log is made while it is read, so that nothing of it lies anywhere; every byte that the library asks for is counted.
 #![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout)]
 
 use std::io::{self, Read};
+use std::path::Path;
 
 use peak_alloc::PeakAlloc;
-use terra::data::{DriveInspector, DriveReader, Rover, parse_rover};
+use terra::data::{DriveInspector, DriveLog, DriveReader, Rover, parse_rover, read_rover};
 use terra::ekf::spaces::longitudinal_robot::LongitudinalRobot;
 use terra::ekf::{FirstPass, ForceConfig, RobotRow};
-use terra::gap::{DriveWindows, Settings};
+use terra::gap::{BaselineSpan, DriveWindows, Settings, Watch, WatchSettings};
+use terra::model::Registry;
+use terra::sim::{Scenario, simulate_drive};
 
 #[global_allocator]
 static HEAP: PeakAlloc = PeakAlloc;
@@ -169,6 +172,28 @@ fn windows(rows: usize) {
     assert!((most / 2..=most).contains(&windows.kept()));
 }
 
+/// A patrol that drives the same rounds over and over.
+fn watch(round: &DriveLog, rover: &Rover, rounds: usize) {
+    let settings = WatchSettings {
+        baseline: BaselineSpan::Seconds(30.0),
+        effects: Some(vec!["torque-scale".to_owned()]),
+        ..WatchSettings::default()
+    };
+    let mut watch = Watch::new(rover, &Registry::builtin(), &settings).unwrap();
+    let lasts = round.time.last().unwrap() + 0.01;
+    let mut looked_at = 0;
+    for k in 0..rounds {
+        let mut piece = round.clone();
+        for time in &mut piece.time {
+            *time += k as f64 * lasts;
+        }
+        looked_at += watch.push(&piece).unwrap().len();
+    }
+    looked_at += watch.finish().unwrap().len();
+    assert!(watch.refused().is_none(), "{:?}", watch.refused());
+    assert!(looked_at > 50 * rounds, "{looked_at}");
+}
+
 /// The most bytes held at once while something is done, above what is held before.
 fn peak(what: impl FnOnce()) -> usize {
     HEAP.reset_peak_usage();
@@ -212,4 +237,16 @@ fn memory_does_not_grow_with_the_log() {
     println!("windows: {a} B for {short} rows, {b} B for {long}");
     assert!(b < 4 * MIB, "{b} B for a log of {bytes} B");
     assert!(b < a + a / 10, "{a} B for {short} rows, {b} B for {long}");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/drive");
+    let rover = read_rover(folder.join("rover.toml")).unwrap();
+    let mut scenario = Scenario::read(&folder.join("rich.toml")).unwrap();
+    scenario.effects.clear();
+    let round = simulate_drive(&scenario, &rover, &Registry::builtin()).unwrap();
+    let (short, long) = (4, 16);
+    let (a, b) = (
+        peak(|| watch(&round.log, &rover, short)),
+        peak(|| watch(&round.log, &rover, long)),
+    );
+    println!("watch: {a} B for {short} rounds, {b} B for {long}");
+    assert!(b < a + a / 10, "{a} B for {short} rounds, {b} B for {long}");
 }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use serde_json::Value;
-use terra_data::{LogKind, Rover};
+use terra_data::{DriveBlock, LogKind, Rover};
 use terra_gap::{
     BaselineSpan, Provenance, Watch, WatchEvent, WatchSettings, WatchStep, watch_json,
 };
@@ -11,7 +11,7 @@ use terra_model::Registry;
 
 use crate::args::GapArgs;
 use crate::error::CliError;
-use crate::input::{LogFile, rover};
+use crate::input::{BLOCK, LogFile, rover};
 use crate::output::{self, short};
 use crate::progress::Spinner;
 
@@ -34,13 +34,14 @@ pub(crate) fn run(args: &GapArgs, quiet: bool) -> Result<(), CliError> {
     };
     let settings = settings(&args.baseline, args.false_alarms, args.effects());
     let spinner = Spinner::start(quiet, "watching");
-    let watched = watch(&case, &settings)?;
+    let mut watched = Watched::new(&case, &settings)?;
+    match &args.track {
+        None => watched.follow(&case, &mut |_| Ok(()))?,
+        Some(path) => output::pieces(Some(path), |put| watched.follow(&case, put))?,
+    }
     drop(spinner);
     if let Some(path) = &args.json {
         output::json(Some(path), &watched.as_json())?;
-    }
-    if let Some(path) = &args.track {
-        output::text(Some(path), &track(&watched.steps))?;
     }
     output::stdout(&summary(&watched.watch, &watched.events))
 }
@@ -55,10 +56,16 @@ pub(crate) struct Case<'a> {
     pub(crate) registry: &'a Registry,
 }
 
-/// What a watch of a whole log gave.
+impl Case<'_> {
+    fn in_files(&self, error: terra_gap::GapError) -> CliError {
+        CliError::from(error).in_files(self.log_name, self.rover_name)
+    }
+}
+
+/// A watch of a whole log, and what it gave.
 pub(crate) struct Watched {
     watch: Watch,
-    pub(crate) steps: Vec<WatchStep>,
+    /// Every event with all that was learned until it closed or the log ended.
     events: Vec<WatchEvent>,
     provenance: Provenance,
 }
@@ -67,6 +74,77 @@ impl Watched {
     /// `terra gap --watch --json`.
     pub(crate) fn as_json(&self) -> Value {
         watch_json(&self.watch, &self.events, &self.provenance)
+    }
+
+    /// A watch that has seen nothing yet.
+    ///
+    /// # Errors
+    /// A rig log; a rover file without a start; what the watch itself refuses.
+    pub(crate) fn new(case: &Case<'_>, settings: &WatchSettings) -> Result<Self, CliError> {
+        let (rover, rover_sha256) = &case.rover;
+        if case.log.kind(rover)? == LogKind::Rig {
+            return Err(CliError::usage(
+                format!("{} is a rig log", case.log_name.display()),
+                "--watch looks at a drive log with wheel torques",
+            ));
+        }
+        if rover.terrain.start.is_none() {
+            return Err(CliError::rover(
+                format!(
+                    "{}: --watch needs a soil to start from",
+                    case.rover_name.display()
+                ),
+                "name one: start = \"dry_sand\" in [terrain]; `terra identify` on the log's beginning finds it",
+            ));
+        }
+        let watch = Watch::new(rover, case.registry, settings).map_err(|e| case.in_files(e))?;
+        Ok(Watched {
+            watch,
+            events: vec![],
+            provenance: Provenance {
+                log_sha256: case.log.sha256(),
+                rover_sha256: rover_sha256.clone(),
+                seed: 0,
+            },
+        })
+    }
+
+    /// Watches the log, which may be longer than memory; `track` takes what its windows show, as CSV.
+    ///
+    /// # Errors
+    /// A log without torques or ground speed; what the watch itself refuses; a track that cannot be written.
+    pub(crate) fn follow(
+        &mut self,
+        case: &Case<'_>,
+        track: &mut dyn FnMut(&str) -> Result<(), CliError>,
+    ) -> Result<(), CliError> {
+        track(&header())?;
+        let mut blocks = case.log.drive_blocks(&case.rover.0)?;
+        while let Some(DriveBlock { log, .. }) = blocks.next_block(BLOCK)? {
+            if log.wheel_torque.is_none() || log.ground_speed.is_none() {
+                return Err(CliError::data(
+                    format!(
+                        "{}: a watch needs ground speed and wheel torques (or motor currents with [drivetrain])",
+                        case.log_name.display()
+                    ),
+                    "without torques `terra gap` diagnoses the motion of the whole log",
+                ));
+            }
+            let steps = self.watch.push(&log).map_err(|e| case.in_files(e))?;
+            self.see(&steps, track)?;
+        }
+        let steps = self.watch.finish().map_err(|e| case.in_files(e))?;
+        self.see(&steps, track)
+    }
+
+    fn see(
+        &mut self,
+        steps: &[WatchStep],
+        track: &mut dyn FnMut(&str) -> Result<(), CliError>,
+    ) -> Result<(), CliError> {
+        self.events
+            .extend(steps.iter().filter_map(|s| s.closed.clone()));
+        track(&rows(steps))
     }
 }
 
@@ -83,54 +161,6 @@ pub(crate) fn settings(
     }
 }
 
-/// Watches a whole log.
-///
-/// # Errors
-/// A rig log; a rover file without a start; a log without torques or ground speed; what the watch itself refuses.
-pub(crate) fn watch(case: &Case<'_>, settings: &WatchSettings) -> Result<Watched, CliError> {
-    let (rover, rover_sha256) = &case.rover;
-    if case.log.kind(rover)? == LogKind::Rig {
-        return Err(CliError::usage(
-            format!("{} is a rig log", case.log_name.display()),
-            "--watch looks at a drive log with wheel torques",
-        ));
-    }
-    if rover.terrain.start.is_none() {
-        return Err(CliError::rover(
-            format!(
-                "{}: --watch needs a soil to start from",
-                case.rover_name.display()
-            ),
-            "name one: start = \"dry_sand\" in [terrain]; `terra identify` on the log's beginning finds it",
-        ));
-    }
-    let in_files =
-        |e: terra_gap::GapError| CliError::from(e).in_files(case.log_name, case.rover_name);
-    let log = case.log.drive(rover)?;
-    if log.wheel_torque.is_none() || log.ground_speed.is_none() {
-        return Err(CliError::data(
-            format!(
-                "{}: a watch needs ground speed and wheel torques (or motor currents with [drivetrain])",
-                case.log_name.display()
-            ),
-            "without torques `terra gap` diagnoses the motion of the whole log",
-        ));
-    }
-    let mut watch = Watch::new(rover, case.registry, settings).map_err(in_files)?;
-    let mut steps = watch.push(&log).map_err(in_files)?;
-    steps.extend(watch.finish().map_err(in_files)?);
-    Ok(Watched {
-        events: events(&steps),
-        watch,
-        steps,
-        provenance: Provenance {
-            log_sha256: case.log.sha256(),
-            rover_sha256: rover_sha256.clone(),
-            seed: 0,
-        },
-    })
-}
-
 /// Seconds, or else the name of a manoeuvre.
 fn span(text: &str) -> BaselineSpan {
     match text.parse::<f64>() {
@@ -139,19 +169,21 @@ fn span(text: &str) -> BaselineSpan {
     }
 }
 
-/// Every event with all that was learned until it closed or the log ended.
-fn events(steps: &[WatchStep]) -> Vec<WatchEvent> {
-    steps.iter().filter_map(|s| s.closed.clone()).collect()
-}
+/// Windows that the columns of a track are summed over.
+const SPANS: [usize; 3] = [5, 20, 80];
 
-/// A row a window after the baseline.
-pub(crate) fn track(steps: &[WatchStep]) -> String {
-    let spans = [5, 20, 80];
+fn header() -> String {
     let mut out = "time_s,path_m,segment,window,open".to_owned();
-    for n in spans {
+    for n in SPANS {
         out.push_str(&format!(",score_{n},sigma_{n},threshold_{n}"));
     }
     out.push('\n');
+    out
+}
+
+/// A row a window after the baseline.
+fn rows(steps: &[WatchStep]) -> String {
+    let mut out = String::new();
     for step in steps
         .iter()
         .filter(|s| !s.looks.is_empty() || s.opened.is_some())
@@ -164,7 +196,7 @@ pub(crate) fn track(steps: &[WatchStep]) -> String {
             step.at.window,
             u8::from(step.open)
         ));
-        for n in spans {
+        for n in SPANS {
             match step.looks.iter().find(|l| l.windows == n) {
                 Some(l) => out.push_str(&format!(",{},{},{}", l.score, l.sigma, l.threshold)),
                 None => out.push_str(",,,"),

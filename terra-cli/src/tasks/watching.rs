@@ -46,9 +46,14 @@ pub fn watch(
     };
     let effects = options.effects.clone();
     let settings = watching::settings(&options.baseline, options.false_alarms, effects);
-    let watched = watching::watch(&case, &settings)?;
+    let mut watched = watching::Watched::new(&case, &settings)?;
+    let mut track = String::new();
+    watched.follow(&case, &mut |rows| {
+        track.push_str(rows);
+        Ok(())
+    })?;
     Ok(Watched {
         verdict: watched.as_json(),
-        track: watching::track(&watched.steps),
+        track,
     })
 }
