@@ -6,11 +6,14 @@
 //! nothing, as where the truth is no hypothesis at all. Two causes that follow a log together may stand for one of them in
 //! another form, or for what is in no library: a share δ of a pair's probability goes to unknown by one half and by the
 //! other to the part that says more alone. An effect whose formula had to be left free may stand for one that is in no
-//! library as well: a share of its probability goes to unknown, by choice. A second cause needs a gain γ over the best single
-//! one: chosen among hundreds of pairs, it gains by chance. T, ε, δ and γ minimise Σ -ln P(truth), γ only where cases with two
-//! causes say what it costs, else it is the 95 % quantile of what needless ones gained. The set is the smallest whose probability
-//! reaches the level that held the truth in 90 % of the cases, or else all that the floor leaves; a name needs a gain above the
-//! 95 % quantile of what the best effect gained on cases without any.
+//! library as well: a share of its probability goes to unknown, by choice, or by half to the best two causes that say a
+//! little more than it. Where something unknown says more than all causes, but one cause alone leaves over no more than a
+//! tolerated share of it, the remainder is an error of that cause's formula as easily: unknown keeps the same share of its
+//! probability, and the cause has the rest. A second cause needs a gain γ over the best single one: chosen among hundreds of
+//! pairs, it gains by chance. T, ε, δ and γ minimise Σ -ln P(truth), γ only where cases with two causes say what it costs, else
+//! it is the 95 % quantile of what needless ones gained. The set is the smallest whose probability reaches the level that held
+//! the truth in 90 % of the cases, .75 at least, or else all that the floor leaves; a name needs a gain above the 95 % quantile of what the
+//! best effect gained on cases without any.
 //!
 //! # Reference
 //! C. Guo et al., ICML 2017 (temperature); V. Vovk, A. Gammerman, G. Shafer, Algorithmic Learning in a Random World, 2005
@@ -35,9 +38,13 @@ pub struct Calibration {
     /// δ: how often two causes stand for something else.
     #[serde(default)]
     pub pair_doubt: f64,
-    /// Share of the probability of an effect by a free formula that goes to unknown: a choice, not learned.
+    /// Share of the probability of an effect by a free formula that goes to what it may stand for: a choice, not learned.
     #[serde(default)]
     pub free_doubt: f64,
+    /// Share of what something unknown explains that one cause may leave over and still be the cause, by another formula: a
+    /// choice, not learned.
+    #[serde(default)]
+    pub form_tolerance: f64,
     /// Probability that a set must reach to hold the truth in 90 % of cases.
     pub set_probability: f64,
     /// Gain \[nats\] that the best effect stays below on 95 % of logs without any.
@@ -64,6 +71,21 @@ pub(crate) struct Weight {
     /// It needs a formula that was left free.
     #[serde(default)]
     pub(crate) free: bool,
+    /// Two causes that do little more than one by a free formula: where that one stands.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) behind: Option<usize>,
+}
+
+impl Weight {
+    fn is_alone(&self) -> bool {
+        !self.second && self.behind.is_none()
+    }
+}
+
+/// Of the pairs that say a little more than the cause at `k` by a free formula, the one that says most.
+pub(crate) fn best_behind(weights: &[Weight], k: usize) -> Option<usize> {
+    let behind = (0..weights.len()).filter(|i| weights[*i].behind == Some(k));
+    behind.max_by(|a, b| weights[*a].gain.total_cmp(&weights[*b].gain))
 }
 
 /// All answers of one diagnosis with their priors and evidences: the causes, then none, then unknown.
@@ -110,10 +132,11 @@ impl Case {
         }
     }
 
+    /// The largest gain of one cause, or of two.
     fn best(&self, second: bool) -> Option<f64> {
         let causes = self.weights.iter().take(self.causes);
         causes
-            .filter(|w| w.second == second)
+            .filter(|w| if second { w.second } else { w.is_alone() })
             .map(|w| w.gain)
             .max_by(f64::total_cmp)
     }
@@ -127,7 +150,7 @@ impl Case {
         let single = self
             .weights
             .get(self.truth)
-            .is_some_and(|w| !w.second && self.truth < self.causes && !self.another_form);
+            .is_some_and(|w| w.is_alone() && self.truth < self.causes && !self.another_form);
         single.then(|| Some(self.best(true)? - self.best(false)?))?
     }
 }
@@ -145,6 +168,9 @@ const DOUBTS: [f64; 10] = [0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9];
 const SECOND_GAINS: u32 = 40;
 /// Loss \[nats\] over all cases by which two such gains are as good as each other.
 const FLAT: f64 = 0.01;
+/// Probability that every set reaches: where most cases are clear the truth is held often enough by first answers alone, and
+/// a case that is not clear would be answered by a name as probable as a coin's side.
+const LEAST_SET: f64 = 0.75;
 /// Cases with two causes from which they say what asking more of a second one costs.
 const ENOUGH_PAIRS: usize = 20;
 
@@ -199,12 +225,12 @@ impl Calibration {
 
     /// Probabilities of answers.
     pub(crate) fn probabilities(&self, weights: &[Weight]) -> Vec<f64> {
-        let alone = weights.iter().filter(|w| !w.second).map(|w| w.gain);
+        let alone = weights.iter().filter(|w| w.is_alone()).map(|w| w.gain);
         let bar = alone.fold(f64::NEG_INFINITY, f64::max) + self.second_gain;
         let logs: Vec<f64> = weights
             .iter()
             .map(|w| {
-                if w.second && w.gain < bar {
+                if w.behind.is_some() || (w.second && w.gain < bar) {
                     f64::NEG_INFINITY
                 } else {
                     w.ln_prior + w.gain / self.temperature
@@ -230,7 +256,15 @@ impl Calibration {
         for (k, _) in weights.iter().enumerate().filter(|(_, w)| w.free) {
             let moved = self.free_doubt * said[k];
             said[k] -= moved;
-            said[weights.len() - 1] += moved;
+            let behind = best_behind(weights, k).unwrap_or(weights.len() - 1);
+            for to in [weights.len() - 1, behind] {
+                said[to] += 0.5 * moved;
+            }
+        }
+        if let Some(k) = self.nearly(weights) {
+            let moved = (1.0 - self.free_doubt) * said[weights.len() - 1];
+            said[weights.len() - 1] -= moved;
+            said[k] += moved;
         }
         weights
             .iter()
@@ -240,6 +274,19 @@ impl Calibration {
                 said + self.floor * (before - said)
             })
             .collect()
+    }
+
+    /// The one cause that leaves over so little of what something unknown explains, and this more than all causes, that its
+    /// formula may be what is wrong.
+    pub(crate) fn nearly(&self, weights: &[Weight]) -> Option<usize> {
+        let (unknown, others) = weights.split_last()?;
+        let (_, causes) = others.split_last()?;
+        let bar = (1.0 - self.form_tolerance) * unknown.gain;
+        if self.form_tolerance == 0.0 || causes.iter().any(|w| w.gain >= unknown.gain) {
+            return None;
+        }
+        let near = (0..causes.len()).filter(|k| causes[*k].is_alone() && causes[*k].gain >= bar);
+        near.max_by(|a, b| causes[*a].gain.total_cmp(&causes[*b].gain))
     }
 
     /// Learns from cases; what they are too few to show stays as `fallback` has it. A case without answers, of a log that
@@ -269,7 +316,7 @@ impl Calibration {
         if let Some(level) = upper_quantile(&levels, 0.9) {
             // What the floor spreads over all answers no set of a few can gather: it would name thirty to hold the few cases
             // in which evidence says nothing.
-            out.set_probability = level.clamp(0.5, 1.0 - out.floor.max(0.001));
+            out.set_probability = level.clamp(LEAST_SET, 1.0 - out.floor.max(0.001));
         }
         let nulls: Vec<f64> = cases
             .iter()
@@ -353,6 +400,7 @@ mod tests {
             floor: 0.0,
             pair_doubt: 0.0,
             free_doubt: 0.0,
+            form_tolerance: 0.0,
             set_probability: 0.9,
             null_gain: 3.0,
             second_gain: 3.0,
@@ -368,6 +416,7 @@ mod tests {
             second: false,
             parts: None,
             free: false,
+            behind: None,
         }
     }
 
@@ -457,6 +506,7 @@ mod tests {
             second: true,
             parts: None,
             free: false,
+            behind: None,
         };
         let c = start();
         assert_eq!(c.probabilities(&[single(-1.0, 10.0), pair(12.9)])[1], 0.0);
@@ -479,6 +529,7 @@ mod tests {
                     second: true,
                     parts: Some([0, 0]),
                     free: false,
+                    behind: None,
                 },
                 single(-1.0, 0.0),
                 single(-3.0, 0.0),
@@ -504,6 +555,7 @@ mod tests {
                 second: true,
                 parts: Some([0, 1]),
                 free: false,
+                behind: None,
             };
             let none = single(-2.0, 0.0);
             vec![
@@ -564,6 +616,48 @@ mod tests {
         assert!((p[0] - 0.6 * plain[0]).abs() < 1e-12);
         assert!((p[3] - plain[3] - 0.4 * plain[0]).abs() < 1e-12);
         assert_eq!(p[1..3], plain[1..3]);
+        // Two causes that say a little more have half of it.
+        let pair = Weight {
+            behind: Some(0),
+            ..single(half, 45.0)
+        };
+        let [free, other, none, unknown] = weights;
+        let with = doubting.probabilities(&[free, other, pair, none, unknown]);
+        assert!((with[0] - 0.6 * plain[0]).abs() < 1e-12);
+        assert!((with[2] - 0.2 * plain[0]).abs() < 1e-12);
+        assert!((with[4] - plain[3] - 0.2 * plain[0]).abs() < 1e-12);
+    }
+
+    /// A cause that leaves over one part in a hundred of what something unknown explains may have another formula; one that
+    /// leaves over three does not, nor does any where two causes explain it all.
+    #[test]
+    fn a_small_remainder_may_be_the_formula_s() {
+        let third = -(3.0f64.ln());
+        let c = Calibration {
+            form_tolerance: 0.02,
+            free_doubt: 0.4,
+            ..start()
+        };
+        let of = |gain| {
+            let (none, unknown) = (single(third, 0.0), single(third, 1000.0));
+            vec![single(third, gain), none, unknown]
+        };
+        assert_eq!(c.nearly(&of(990.0)), Some(0));
+        let p = c.probabilities(&of(990.0));
+        assert!(
+            (p[0] - 0.6).abs() < 1e-4 && (p[2] - 0.4).abs() < 1e-4,
+            "{p:?}"
+        );
+        assert_eq!(c.nearly(&of(970.0)), None);
+        assert!(c.probabilities(&of(970.0))[2] > 0.99);
+        assert_eq!(c.nearly(&of(1001.0)), None);
+        let mut two = of(990.0);
+        let pair = Weight {
+            second: true,
+            ..single(third, 1001.0)
+        };
+        two.insert(1, pair);
+        assert_eq!(c.nearly(&two), None);
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use std::cmp::Ordering;
 
-use crate::calibration::{Calibration, Evidence, Weight};
+use crate::calibration::{Calibration, Evidence, Weight, best_behind};
 use crate::candidates::is_instrument;
 use crate::contrast::needs_another_form;
 use crate::evidence::log_sum_exp;
@@ -59,6 +59,8 @@ pub(crate) struct Ranking {
     pub set: Vec<String>,
     /// Probability of other soil and an effect of the ground together, where they stand for each other and both are answers.
     pub stand_in: Option<f64>,
+    /// The first cause, where it leaves a little over that something unknown explains.
+    pub nearly: Option<String>,
 }
 
 /// Nats within which an effect of the ground stands beside other soil that leads, against a foreign wheel law. Other soil that
@@ -104,6 +106,7 @@ impl Answers {
             rivals
                 .pairs
                 .iter()
+                .chain(&rivals.behind)
                 .map(|w| whole(w.hypothesis.effect_name(), CauseKind::Combination, w)),
         );
         let shares: Vec<f64> = causes
@@ -137,16 +140,30 @@ impl Answers {
             let (a, b) = c.name.split_once('+')?;
             Some([alone_at(a)?, alone_at(b)?])
         };
+        let first_behind = causes.len() - rivals.behind.len();
+        // What they are behind: the one cause that says most by another formula.
+        let leader = (0..causes.len())
+            .filter(|k| causes[*k].form == FREE)
+            .max_by(|a, b| {
+                let gain = |k: &usize| causes[*k].log_evidence_gain;
+                gain(a).total_cmp(&gain(b))
+            });
         let mut weights: Vec<Weight> = causes
             .iter()
             .zip(&shares)
-            .map(|(c, share)| Weight {
-                ln_prior: (share * rest).ln(),
-                gain: c.log_evidence_gain,
-                second: second(c),
-                // A part that was not weighed by itself leaves its share to unknown.
-                parts: second(c).then(|| parts(c).unwrap_or([last_answer; 2])),
-                free: c.form == FREE,
+            .enumerate()
+            .map(|(k, (c, share))| {
+                let behind = (k >= first_behind).then(|| leader.unwrap_or(last_answer));
+                let second = second(c) && behind.is_none();
+                Weight {
+                    ln_prior: (share * rest).ln(),
+                    gain: c.log_evidence_gain,
+                    second,
+                    // A part that was not weighed by itself leaves its share to unknown.
+                    parts: second.then(|| parts(c).unwrap_or([last_answer; 2])),
+                    free: c.form == FREE,
+                    behind,
+                }
             })
             .collect();
         let alone = |prior: f64, gain| Weight {
@@ -155,6 +172,7 @@ impl Answers {
             second: false,
             parts: None,
             free: false,
+            behind: None,
         };
         weights.push(alone(none, 0.0));
         weights.push(alone(unknown, rivals.log_unknown - null.log_evidence));
@@ -187,6 +205,13 @@ impl Answers {
     pub(crate) fn rank(self, calibration: &Calibration) -> Ranking {
         let p = calibration.probabilities(&self.weights);
         let mut causes = self.causes;
+        let nearly = calibration.nearly(&self.weights);
+        let nearly = nearly.map(|k| causes[k].name.clone());
+        // By the name of one cause by a free formula: two causes that say a little more.
+        let behind: Vec<(String, String)> = (0..causes.len())
+            .filter_map(|k| Some((k, best_behind(&self.weights, k)?)))
+            .map(|(k, pair)| (causes[k].name.clone(), causes[pair].name.clone()))
+            .collect();
         for (c, p) in causes.iter_mut().zip(&p) {
             c.probability = *p;
         }
@@ -219,12 +244,21 @@ impl Answers {
             probability_unknown,
             set,
             stand_in: None,
+            nearly: None,
         };
         ranking.stand_in();
-        // A formula left free takes the place of what no library knows as easily as it is the cause's own.
-        let free = |c: &Cause| c.form == FREE && ranking.set.first() == Some(&c.name);
-        if ranking.causes.first().is_some_and(free) {
-            ranking.doubt();
+        // A formula left free takes the place of what no library knows, or of a second cause, as easily as it is the cause's own;
+        // so does one that leaves a little over.
+        let top = ranking.causes.first();
+        let top = top.filter(|c| ranking.set.first() == Some(&c.name));
+        if let Some(name) = top.map(|c| c.name.clone()) {
+            let free = top.is_some_and(|c| c.form == FREE);
+            ranking.nearly = nearly.filter(|n| *n == name);
+            if free || ranking.nearly.is_some() {
+                let pair = behind.into_iter().find(|(single, _)| *single == name);
+                ranking.add(pair.map(|(_, pair)| pair));
+                ranking.doubt();
+            }
         }
         ranking
     }
@@ -255,17 +289,20 @@ impl Ranking {
         let shared = 0.5 * both;
         let rival = &mut self.causes[at];
         rival.probability = shared;
-        if !self.set.contains(&rival.name) {
-            self.set.push(rival.name.clone());
-        }
+        let name = rival.name.clone();
+        self.add(Some(name));
         self.causes[0].probability = shared;
         self.causes.sort_by(by_probability);
     }
 
     /// Puts `unknown` beside what the set holds.
     pub(crate) fn doubt(&mut self) {
-        if !self.set.iter().any(|name| name == "unknown") {
-            self.set.push("unknown".to_owned());
+        self.add(Some("unknown".to_owned()));
+    }
+
+    fn add(&mut self, answer: Option<String>) {
+        if let Some(answer) = answer.filter(|name| !self.set.contains(name)) {
+            self.set.push(answer);
         }
     }
 }

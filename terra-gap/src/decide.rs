@@ -102,9 +102,14 @@ pub(crate) fn decide(
             } else {
                 "ambiguous"
             };
-            out.reason = ranking.stand_in.map(|_| {
-                "another soil and an effect of the ground stand for each other where the simulator's wheel law is another; a simulator's log of the same ground (--same-bed) tells them apart".to_owned()
+            let nearly = ranking.nearly.as_ref().map(|name| {
+                format!(
+                    "{name} explains nearly all, but not within the noise: its formula may be another here, or something unknown does much the same"
+                )
             });
+            out.reason = nearly.or_else(|| ranking.stand_in.map(|_| {
+                "another soil and an effect of the ground stand for each other where the simulator's wheel law is another; a simulator's log of the same ground (--same-bed) tells them apart".to_owned()
+            }));
         }
         accept(&mut out, top);
     }
