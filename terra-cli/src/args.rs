@@ -690,7 +690,7 @@ pub(crate) struct GapArgs {
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
     /// Watch one long drive instead: learn the soil from its beginning, then say when and where a gap opens.
-    #[arg(long, conflicts_with_all = ["sim", "hold_out", "calibrate", "combine", "soil", "seed", "windows", "html", "figures"])]
+    #[arg(long, conflicts_with_all = ["sim", "same_bed", "hold_out", "calibrate", "combine", "soil", "seed", "windows", "html", "figures"])]
     pub(crate) watch: bool,
     /// What the watch learns the soil from: so many seconds from the log's beginning, or a manoeuvre by its name.
     #[arg(

@@ -4,7 +4,7 @@ use std::io::{self, IsTerminal, Write};
 use std::path::Path;
 
 use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme};
-use terra_data::DataError;
+use terra_data::{DataError, Problem};
 use terra_ekf::FilterError;
 use terra_gap::GapError;
 use terra_mme::EstimatorError;
@@ -142,8 +142,45 @@ impl Diagnostic for CliError {
             | CliError::BadData { help, .. } => help
                 .as_ref()
                 .map(|h| Box::new(h) as Box<dyn std::fmt::Display>),
+            CliError::Data(e) => help_of_file(e).map(|h| Box::new(h) as Box<dyn std::fmt::Display>),
+            CliError::Write { reason, .. } if reason.kind() == io::ErrorKind::NotFound => Some(
+                Box::new("its folder is not there: make it first, or write elsewhere"),
+            ),
             _ => None,
         }
+    }
+}
+
+/// What to do about a file that cannot be used as it is.
+fn help_of_file(e: &DataError) -> Option<String> {
+    match e.problem() {
+        Problem::NotFound => {
+            let from = std::env::current_dir().ok()?;
+            let looked = format!("paths are taken from {}", from.display());
+            Some(if e.is_configuration() {
+                format!("{looked}; `terra init husky` writes a rover file to start from")
+            } else {
+                looked
+            })
+        }
+        Problem::Binary { format } => {
+            let kind = match *format {
+                "Parquet" => "parquet",
+                "MCAP" => "mcap",
+                "MATLAB file" => "mat",
+                _ => return None,
+            };
+            let map = if kind == "mcap" {
+                " --map topics.toml"
+            } else {
+                ""
+            };
+            Some(format!(
+                "`terra import {kind} {}{map} --out log.csv` makes a log of it",
+                e.file()
+            ))
+        }
+        _ => None,
     }
 }
 

@@ -9,7 +9,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::error::CliError;
 
-/// Ends work that is done piece by piece into files, after the pieces at hand. Clones are the same one.
+/// Ends work that is done piece by piece, after the pieces at hand. Clones are the same one.
 #[derive(Clone, Debug, Default)]
 pub struct Stop(Arc<AtomicBool>);
 
@@ -17,6 +17,15 @@ impl Stop {
     /// Asks for the end.
     pub fn stop(&self) {
         self.0.store(true, Ordering::Relaxed);
+    }
+
+    /// # Errors
+    /// [`CliError::Stopped`], once the end was asked for.
+    pub(crate) fn go_on(&self) -> Result<(), CliError> {
+        if self.0.load(Ordering::Relaxed) {
+            return Err(CliError::Stopped);
+        }
+        Ok(())
     }
 }
 
@@ -48,10 +57,7 @@ impl Watch {
     /// # Errors
     /// [`CliError::Stopped`], once the end was asked for.
     pub(crate) fn go_on(&self) -> Result<(), CliError> {
-        if self.stop.0.load(Ordering::Relaxed) {
-            return Err(CliError::Stopped);
-        }
-        Ok(())
+        self.stop.go_on()
     }
 }
 

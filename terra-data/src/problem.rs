@@ -30,7 +30,7 @@ pub enum Problem {
     Compressed { format: &'static str },
     /// A format whose reader was not built in.
     #[error(
-        "is a {format} file, which this build cannot read: build it with `--features {feature}` (cargo install terra --features {feature})"
+        "is a {format} file, which this build cannot read: build it with `--features {feature}` (cargo install --path . --features {feature})"
     )]
     FormatNotBuilt {
         format: &'static str,

@@ -16,7 +16,11 @@ pub(crate) fn campaign_ramps(
     seed: u64,
     terrains: Vec<String>,
 ) -> PyResult<Bound<'_, PyAny>> {
-    let done = interrupt::run(py, move || tasks::campaign_ramps(&terrains, runs, seed))?;
+    let stop = Stop::default();
+    let heard = stop.clone();
+    let done = interrupt::run_until(py, &stop, move || {
+        tasks::campaign_ramps(&terrains, runs, seed, &heard)
+    })?;
     to_python(py, &done.map_err(raise)?)
 }
 
@@ -27,7 +31,11 @@ pub(crate) fn campaign_faults(
     seed: u64,
     filter: String,
 ) -> PyResult<Bound<'_, PyAny>> {
-    let done = interrupt::run(py, move || tasks::campaign_faults(runs, seed, &filter))?;
+    let stop = Stop::default();
+    let heard = stop.clone();
+    let done = interrupt::run_until(py, &stop, move || {
+        tasks::campaign_faults(runs, seed, &filter, &heard)
+    })?;
     to_python(py, &done.map_err(raise)?)
 }
 
@@ -38,8 +46,10 @@ pub(crate) fn campaign_reproduction(
     seed: u64,
     tables: Vec<String>,
 ) -> PyResult<Bound<'_, PyAny>> {
-    let done = interrupt::run(py, move || {
-        tasks::campaign_reproduction(runs, seed, &tables)
+    let stop = Stop::default();
+    let heard = stop.clone();
+    let done = interrupt::run_until(py, &stop, move || {
+        tasks::campaign_reproduction(runs, seed, &tables, &heard)
     })?;
     to_python(py, &done.map_err(raise)?)
 }

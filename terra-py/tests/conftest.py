@@ -15,11 +15,17 @@ def examples():
 
 
 @pytest.fixture(scope="session")
-def command():
-    """Runs the command; its program is $TERRA_COMMAND, or what `cargo build` made."""
+def program():
+    """The command: $TERRA_COMMAND, or what `cargo build` made."""
     program = os.environ.get("TERRA_COMMAND", ROOT / "target" / "debug" / "terra")
     if not Path(program).exists():
         pytest.skip(f"no command to compare with: {program} does not exist (cargo build)")
+    return program
+
+
+@pytest.fixture(scope="session")
+def command(program):
+    """Runs the command, which must go well."""
 
     def run(*args):
         done = subprocess.run([program, *map(str, args)], capture_output=True, text=True)

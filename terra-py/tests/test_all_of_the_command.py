@@ -3,6 +3,7 @@
 import ast
 import inspect
 import re
+import subprocess
 from pathlib import Path
 
 import pytest
@@ -141,6 +142,32 @@ def test_every_option_has_its_parameter(all_commands):
         if counterpart(command, option) is None
     ]
     assert not missing
+
+
+#: A value that the command takes for what needs one.
+VALUES = {"effects": "slip-sinkage", "soil": "own", "hold_out": "slip", "windows": "100", "baseline": "10", "false_alarms": "0.1"}
+
+
+def test_a_watch_takes_what_its_flag_takes(all_commands, program):
+    """`gap` and `watch` are two functions of one command: what it refuses beside --watch is `gap`'s alone, all else is in
+    `watch` too, and what belongs to a watch is in no `gap`."""
+    watch, gap = (set(inspect.signature(f).parameters) for f in (terra.watch, terra.gap))
+    flags = {"same_bed"}
+    taken = set()
+    for option in set(all_commands["gap"]) - {"log", "rover", "watch", "help", *NO_OPTION}:
+        flag = "--" + option.replace("_", "-")
+        value = [] if option in flags else [VALUES.get(option, "1")]
+        asked = [program, "gap", "no.csv", "--rover", "no.toml", flag, *value]
+        said = [subprocess.run([*asked, *w], capture_output=True, text=True).stderr for w in ([], ["--watch"])]
+        assert all("unexpected argument" not in s and "invalid value" not in s for s in said), (option, said)
+        alone, beside = "--watch" not in said[0], "cannot be used with" not in said[1]
+        if beside and option != "track":
+            taken.add(option)
+            assert option in watch, option
+        # The same bed needs --sim.
+        assert (option in gap) == (alone or option == "same_bed"), option
+    assert taken == {"effects", "baseline", "false_alarms"}
+    assert watch == taken | {"log", "rover", "registry"}
 
 
 def test_nothing_is_named_that_is_gone(all_commands):

@@ -262,6 +262,12 @@ pub(crate) const LINES: &[Case] = &[
     line("identify drive.csv --rover rover.toml --rows 201-300", 3, "no row 201|terra inspect"),
     line("identify rig.csv --rover rig.toml --rows 1-5", 2, "rig log|leave --rows out"),
     // What does not go together.
+    line("gap drive.csv --rover rover.toml --watch --same-bed", 2, "--same-bed"),
+    line("simulate rover.toml --out out.csv", 2, "rover.toml|is a rover file|scenario"),
+    line("gap drive.csv --rover mine.toml", 2, "mine.toml|no such file|terra init"),
+    line("gap drive.csv --rover rover.toml --json nowhere/out.json", 4, "nowhere|make it first"),
+    line("merge drive.csv --out out.jsonl", 3, "drive.csv:1:|terra sweep"),
+    with("inspect log.csv", |f| f.put("log.csv", "PAR1\0\0"), 3, "Parquet|terra import parquet log.csv --out"),
     line("gap rig.csv --rover rig.toml --hold-out segment", 2, "rig log|trial"),
     line("gap drive.csv --rover rover.toml --hold-out trial", 2, "drive log|segment"),
     line("estimate rig.csv --rover rig.toml", 2, "rig.csv|rig log"),

@@ -5,6 +5,8 @@
 
 mod bad_input;
 mod bevameter;
+#[cfg(unix)]
+mod book;
 mod cases;
 mod challenge;
 mod cite;

@@ -13,6 +13,7 @@ use terra_sim::{paper, simulate_drive};
 
 use super::Rate;
 use crate::error::CliError;
+use crate::progress::Stop;
 use crate::robot::{Columns, prepare};
 
 /// Soils of the campaign.
@@ -347,8 +348,8 @@ fn row(kind: &str, outcomes: &[Outcome]) -> FaultRow {
 /// figures, on any number of threads.
 ///
 /// # Errors
-/// An unknown filter.
-pub fn faults(runs: usize, seed: u64, filter: &str) -> Result<FaultReport, CliError> {
+/// An unknown filter, an end asked for.
+pub fn faults(runs: usize, seed: u64, filter: &str, stop: &Stop) -> Result<FaultReport, CliError> {
     let rover = paper::light_rover();
     let registry = Registry::builtin();
     let draws = runs.div_ceil(KINDS.len() * CHANNEL_NAMES.len() * SOILS.len());
@@ -364,6 +365,7 @@ pub fn faults(runs: usize, seed: u64, filter: &str) -> Result<FaultReport, CliEr
     let logs: Vec<(Columns, ForceConfig)> = drives
         .par_iter()
         .map(|scenario| {
+            stop.go_on()?;
             let log = simulate_drive(scenario, &rover, &registry)?.log;
             prepare(&log, &rover, filter, false)
         })
@@ -377,10 +379,11 @@ pub fn faults(runs: usize, seed: u64, filter: &str) -> Result<FaultReport, CliEr
     let outcomes: Vec<Outcome> = jobs
         .par_iter()
         .map(|&(kind, channel, drive)| {
+            stop.go_on()?;
             let (columns, config) = &logs[drive];
-            run(columns, config, KINDS[kind].1, channel)
+            Ok(run(columns, config, KINDS[kind].1, channel))
         })
-        .collect();
+        .collect::<Result<_, CliError>>()?;
     let each = CHANNEL_NAMES.len() * SOILS.len() * draws;
     let rows = KINDS
         .iter()
@@ -401,7 +404,7 @@ mod tests {
     /// campaign: nothing panics, nothing is not finite, all is flagged, 99 % recover.
     #[test]
     fn faults_are_flagged_and_survived() {
-        let report = faults(1, 1, "block").unwrap();
+        let report = faults(1, 1, "block", &Stop::default()).unwrap();
         let t = &report.total;
         assert_eq!(t.runs, 525);
         assert_eq!((t.panics, t.not_finite, t.refused.0), (0, 0, 0), "{t:?}");

@@ -14,6 +14,7 @@ use terra_sim::{Command, Profile, paper, simulate_drive};
 
 use crate::error::CliError;
 use crate::identify::{IdentifyOptions, identify_drive};
+use crate::progress::Stop;
 
 /// A rate with its Wilson 95 % interval.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -68,12 +69,13 @@ pub const LOOK_AT: [usize; 6] = [1, 2, 5, 10, 20, 50];
 /// threads.
 ///
 /// # Errors
-/// An unknown soil.
+/// An unknown soil, an end asked for.
 pub fn ramps(
     terrains: &[&str],
     runs: usize,
     seed: u64,
     seconds: f64,
+    stop: &Stop,
 ) -> Result<Vec<RampRow>, CliError> {
     let rover = paper::light_rover();
     let registry = Registry::builtin();
@@ -88,31 +90,32 @@ pub fn ramps(
         .iter()
         .map(|&terrain| {
             let scenario = paper::torque_ramp(terrain, seed)?;
+            let answer = |run: usize| -> Result<Vec<String>, String> {
+                let mut scenario = scenario.clone();
+                scenario.run = run as u64;
+                for segment in &mut scenario.segments {
+                    shorten(segment, seconds);
+                }
+                let log = simulate_drive(&scenario, &rover, &registry)
+                    .map_err(|e| e.to_string())?
+                    .log;
+                let id = identify_drive(&log, &rover, &registry, &hypotheses, &options)
+                    .map_err(|e| e.to_string())?;
+                let history = id.groups.into_iter().next().and_then(|g| g.history);
+                let history = history.ok_or("no history")?;
+                Ok(history
+                    .probability
+                    .iter()
+                    .map(|p| {
+                        let best = (0..p.len()).max_by(|&a, &b| p[a].total_cmp(&p[b]));
+                        best.map(|k| history.ids[k].clone()).unwrap_or_default()
+                    })
+                    .collect())
+            };
             let answers: Vec<Result<Vec<String>, String>> = (0..runs)
                 .into_par_iter()
-                .map(|run| {
-                    let mut scenario = scenario.clone();
-                    scenario.run = run as u64;
-                    for segment in &mut scenario.segments {
-                        shorten(segment, seconds);
-                    }
-                    let log = simulate_drive(&scenario, &rover, &registry)
-                        .map_err(|e| e.to_string())?
-                        .log;
-                    let id = identify_drive(&log, &rover, &registry, &hypotheses, &options)
-                        .map_err(|e| e.to_string())?;
-                    let history = id.groups.into_iter().next().and_then(|g| g.history);
-                    let history = history.ok_or("no history")?;
-                    Ok(history
-                        .probability
-                        .iter()
-                        .map(|p| {
-                            let best = (0..p.len()).max_by(|&a, &b| p[a].total_cmp(&p[b]));
-                            best.map(|k| history.ids[k].clone()).unwrap_or_default()
-                        })
-                        .collect())
-                })
-                .collect();
+                .map(|run| stop.go_on().map(|()| answer(run)))
+                .collect::<Result<_, CliError>>()?;
             let told: Vec<&Vec<String>> = answers.iter().filter_map(|a| a.as_ref().ok()).collect();
             let right = |pick: &dyn Fn(&Vec<String>) -> Option<String>| {
                 let picked: Vec<String> = told.iter().filter_map(|a| pick(a)).collect();
@@ -163,12 +166,29 @@ mod tests {
     #[test]
     fn ramps_are_identified_within_two_samples() {
         let soils = ["dry_sand", "upland_sandy_loam", "lean_clay_22"];
-        for row in ramps(&soils, 20, 1, 0.3).unwrap() {
+        for row in ramps(&soils, 20, 1, 0.3, &Stop::default()).unwrap() {
             assert_eq!(row.failed.0, 0, "{:?}", row.failed.1);
             let (_, rate) = row.right_after.iter().find(|(k, _)| *k == 2).unwrap();
             assert_eq!(rate.n, 20);
             // The rate is .97 or more over 200 draws; 18 of 20 or fewer has a chance of 2 % then.
             assert!(rate.value >= 0.9, "{}: {rate:?}", row.terrain);
+        }
+    }
+
+    /// What was asked to end draws nothing more.
+    #[test]
+    fn every_campaign_can_be_ended() {
+        let stop = Stop::default();
+        stop.stop();
+        let ended = |e: CliError| matches!(e, CliError::Stopped);
+        let many = 1_000_000;
+        assert!(ended(
+            ramps(&["dry_sand"], many, 1, 2.0, &stop).unwrap_err()
+        ));
+        assert!(ended(faults::faults(1, 1, "block", &stop).unwrap_err()));
+        for table in ["exact", "switch", "perturbed", "mismatch"] {
+            let tables = [table.to_owned()];
+            assert!(ended(reproduction(2, 1, &tables, &stop).unwrap_err()));
         }
     }
 }

@@ -8,7 +8,7 @@ use crate::campaign::faults::{FaultReport, faults};
 use crate::campaign::{Asked, Figure, LOOK_AT, RampRow, Rate, ramps, reason, reproduction};
 use crate::error::CliError;
 use crate::output::{self, table};
-use crate::progress::Spinner;
+use crate::progress::{Spinner, Stop};
 
 /// Length of the ramps \[s\].
 pub(crate) const RAMP: f64 = 2.0;
@@ -37,7 +37,7 @@ pub(crate) fn run_ramps(
 ) -> Result<(), CliError> {
     let names: Vec<&str> = terrains.iter().map(String::as_str).collect();
     let spinner = Spinner::start(quiet, format!("{} ramps", runs * names.len()));
-    let rows = ramps(&names, runs, seed, RAMP)?;
+    let rows = ramps(&names, runs, seed, RAMP, &Stop::default())?;
     drop(spinner);
     if file.is_some() {
         output::json(file, &ramps_json(runs, seed, &rows))?;
@@ -78,7 +78,7 @@ pub(crate) fn run_faults(
     quiet: bool,
 ) -> Result<(), CliError> {
     let spinner = Spinner::start(quiet, format!("{runs} faults"));
-    let report = faults(runs, seed, filter)?;
+    let report = faults(runs, seed, filter, &Stop::default())?;
     drop(spinner);
     if file.is_some() {
         output::json(file, &faults_json(filter, seed, &report))?;
@@ -122,7 +122,7 @@ pub(crate) fn run_reproduction(
     quiet: bool,
 ) -> Result<(), CliError> {
     let spinner = Spinner::start(quiet, "reproduction".to_owned());
-    let figures = reproduction(runs, seed, tables)?;
+    let figures = reproduction(runs, seed, tables, &Stop::default())?;
     drop(spinner);
     if file.is_some() {
         output::json(file, &reproduction_json(runs, seed, &figures))?;

@@ -64,7 +64,7 @@ fn bag(source: &Path, map: Option<&Path>) -> Result<ImportedLog, CliError> {
 fn bag(_: &Path, _: Option<&Path>) -> Result<ImportedLog, CliError> {
     Err(CliError::usage(
         "this build cannot read MCAP",
-        "build it with `--features mcap` (cargo install terra --features mcap)",
+        "build it with `--features mcap` (cargo install --path . --features mcap)",
     ))
 }
 

@@ -162,8 +162,9 @@
 
     listen() {
       const { view } = this;
-      let from = null, last = null;
+      let from = null, last = null, pinch = null;
       view.addEventListener("pointermove", (e) => {
+        if (pinch) return;
         const at = this.point(e);
         if (from && e.shiftKey) {
           this.pan(last[0] - at[0], last[1] - at[1]);
@@ -206,6 +207,17 @@
         e.preventDefault();
         this.zoom(e.deltaY < 0 ? 0.8 : 1.25, this.value(this.point(e)));
       }, { passive: false });
+      // Two fingers zoom and move the figure; one scrolls the page past it.
+      const fingers = (e) => {
+        if (e.touches.length !== 2) { pinch = null; return; }
+        e.preventDefault();
+        const [a, b] = [...e.touches].map((t) => this.point(t)), before = pinch;
+        pinch = { at: [(a[0] + b[0]) / 2, (a[1] + b[1]) / 2], apart: Math.max(Math.hypot(a[0] - b[0], a[1] - b[1]), 1) };
+        if (!before) return;
+        this.pan(before.at[0] - pinch.at[0], before.at[1] - pinch.at[1]);
+        this.zoom(before.apart / pinch.apart, this.value(pinch.at));
+      };
+      for (const type of ["touchstart", "touchmove", "touchend", "touchcancel"]) view.addEventListener(type, fingers, { passive: false });
       view.addEventListener("keydown", (e) => this.key(e));
     }
 

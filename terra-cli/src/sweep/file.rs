@@ -28,7 +28,8 @@ pub(crate) fn parse(path: &Path, number: usize, line: &str) -> Result<Value, Cli
     serde_json::from_str(line).map_err(|e| {
         let what = e.to_string();
         let what = what.split(" at line ").next().unwrap_or(&what).to_owned();
-        bad(path, number, e.column().max(1), what)
+        let message = format!("is no line that `terra sweep` wrote: {what}");
+        bad(path, number, e.column().max(1), message)
     })
 }
 

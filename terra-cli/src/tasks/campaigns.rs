@@ -20,10 +20,15 @@ const TABLES: [&str; 4] = ["exact", "switch", "perturbed", "mismatch"];
 ///
 /// # Errors
 /// As the command.
-pub fn campaign_ramps(terrains: &[String], runs: usize, seed: u64) -> Result<Value, CliError> {
+pub fn campaign_ramps(
+    terrains: &[String],
+    runs: usize,
+    seed: u64,
+    stop: &Stop,
+) -> Result<Value, CliError> {
     within("runs", runs, 1, 1_000_000)?;
     let names: Vec<&str> = terrains.iter().map(String::as_str).collect();
-    let rows = ramps(&names, runs, seed, counting::RAMP)?;
+    let rows = ramps(&names, runs, seed, counting::RAMP, stop)?;
     Ok(counting::ramps_json(runs, seed, &rows))
 }
 
@@ -31,9 +36,14 @@ pub fn campaign_ramps(terrains: &[String], runs: usize, seed: u64) -> Result<Val
 ///
 /// # Errors
 /// As the command.
-pub fn campaign_faults(runs: usize, seed: u64, filter: &str) -> Result<Value, CliError> {
+pub fn campaign_faults(
+    runs: usize,
+    seed: u64,
+    filter: &str,
+    stop: &Stop,
+) -> Result<Value, CliError> {
     within("runs", runs, 1, 10_000_000)?;
-    let report = faults(runs, seed, filter)?;
+    let report = faults(runs, seed, filter, stop)?;
     Ok(counting::faults_json(filter, seed, &report))
 }
 
@@ -42,10 +52,15 @@ pub fn campaign_faults(runs: usize, seed: u64, filter: &str) -> Result<Value, Cl
 ///
 /// # Errors
 /// As the command; an unknown table.
-pub fn campaign_reproduction(runs: usize, seed: u64, tables: &[String]) -> Result<Value, CliError> {
+pub fn campaign_reproduction(
+    runs: usize,
+    seed: u64,
+    tables: &[String],
+    stop: &Stop,
+) -> Result<Value, CliError> {
     within("runs", runs, 1, 1_000_000)?;
     among("table", tables, &TABLES)?;
-    let figures = reproduction(runs, seed, tables)?;
+    let figures = reproduction(runs, seed, tables, stop)?;
     Ok(counting::reproduction_json(runs, seed, &figures))
 }
 

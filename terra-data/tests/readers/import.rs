@@ -180,12 +180,12 @@ mod parquet {
         let Some(path) = data("borealtc/wheel_service.parquet") else {
             return;
         };
-        let without_speed = format!("{VEHICLE}\n[filter]\nground_speed = \"none\"\n");
-        let rover = parse_rover(&without_speed, "rover.toml").unwrap();
+        let example = include_str!("../../../examples/borealtc/rover.toml");
+        let rover = parse_rover(example, "rover.toml").unwrap();
         let csv = written(ImportKind::BorealTc, &path);
         let log = read_drive_log_from(csv.as_slice(), "borealtc.csv", &rover).unwrap();
         let torque = log.wheel_torque.as_ref().unwrap();
-        // Torque of [drivetrain] above: .1 x 10 x .5 = .5 N m an ampere, on half of the side's current.
+        // Torque of the example's [drivetrain]: .1 x 10 x .5 = .5 N m an ampere, on half of the side's current.
         let amperes = |q: usize, i: usize| Some(torque[q].get(i)? / 0.5 * 2.0);
         let median = |terrain: &str, turning: bool| {
             let mut values: Vec<f64> = log
@@ -214,6 +214,11 @@ mod parquet {
         let turning = ["ASPHALT", "ICE", "SNOW"].map(|t| median(t, true));
         said(&format!("straight {straight:?}, turning {turning:?}\n"));
         assert!(straight.iter().chain(&turning).all(|m| m.1 > 200));
+        // The table of the example, in amperes.
+        let table = [[2.04, 2.37, 4.92], [8.81, 3.75, 8.34]];
+        for (found, told) in straight.iter().chain(&turning).zip(table.as_flattened()) {
+            assert!((found.0 - told).abs() < 0.01, "{straight:?} {turning:?}");
+        }
         let [asphalt, ice, snow] = straight.map(|m| m.0);
         // Rolling: snow clearly above the two hard surfaces, which are alike.
         assert!(snow > 1.5 * asphalt && snow > 1.5 * ice, "{straight:?}");

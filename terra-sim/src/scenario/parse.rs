@@ -25,6 +25,12 @@ pub(super) fn scenario(text: &str, file: &str) -> Parsed<Scenario> {
     let document = DeTable::parse(text)
         .map_err(|e| source.error(e.span().map_or(0, |s| s.start), e.message().to_owned()))?;
     let root = Table::new(source, document.get_ref(), 0..0);
+    let has = |key: &str| document.get_ref().contains_key(key);
+    if !has("rover") && (has("vehicle") || has("noise")) {
+        return Err(root.error(
+            "is a rover file, expected a scenario: seed, rover = \"the rover file\", rate_hz, terrain, and [[segment]] or [[trial]]",
+        ));
+    }
 
     let segments = match root.get("segment") {
         Some(list) => list

@@ -129,6 +129,7 @@ pub(super) fn mismatch(bench: &Bench) -> Result<Vec<Figure>, CliError> {
                 .to_vec(),
             runs: EXPLAINED.min(bench.runs),
             seed: bench.seed,
+            stop: bench.stop.clone(),
         };
         let scheme = IdentifyOptions {
             check: true,

@@ -23,6 +23,7 @@ use self::switch::switch;
 use super::Rate;
 use crate::error::CliError;
 use crate::identify::{Identification, IdentifyOptions, identify_drive};
+use crate::progress::Stop;
 
 /// One figure of the campaign beside its published value.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -139,6 +140,7 @@ struct Bench {
     soils: Vec<String>,
     runs: usize,
     seed: u64,
+    stop: Stop,
 }
 
 /// One identified run.
@@ -222,8 +224,13 @@ fn share<'a>(
 /// Same seed, same bytes, on any number of threads.
 ///
 /// # Errors
-/// A catalogue or model that lacks what the campaign names.
-pub fn reproduction(runs: usize, seed: u64, tables: &[String]) -> Result<Vec<Figure>, CliError> {
+/// A catalogue or model that lacks what the campaign names, an end asked for.
+pub fn reproduction(
+    runs: usize,
+    seed: u64,
+    tables: &[String],
+    stop: &Stop,
+) -> Result<Vec<Figure>, CliError> {
     let registry = Registry::builtin();
     let law = Arc::new(registry.law("wong-reece")?);
     let hypotheses = catalogue::set("wong21")?;
@@ -240,6 +247,7 @@ pub fn reproduction(runs: usize, seed: u64, tables: &[String]) -> Result<Vec<Fig
         soils,
         runs,
         seed,
+        stop: stop.clone(),
     };
     type Make = fn(&Bench) -> Result<Vec<Figure>, CliError>;
     let all: [(&str, Make); 4] = [
@@ -306,6 +314,7 @@ impl Bench {
         let told: Vec<Vec<Option<Told>>> = cases
             .par_iter()
             .map(|(soil, scenario)| {
+                self.stop.go_on()?;
                 let log = self.log(scenario).map(|mut log| {
                     spoil(&mut log);
                     log
@@ -317,9 +326,9 @@ impl Bench {
                         id,
                     })
                 };
-                schemes.iter().map(one).collect()
+                Ok(schemes.iter().map(one).collect())
             })
-            .collect();
+            .collect::<Result<_, CliError>>()?;
         let mut out: Vec<Vec<Told>> = schemes.iter().map(|_| Vec::new()).collect();
         for row in told {
             for (scheme, one) in out.iter_mut().zip(row) {
@@ -344,6 +353,7 @@ mod tests {
             soils: soils.iter().map(|s| (*s).to_owned()).collect(),
             runs,
             seed: 1,
+            stop: Stop::default(),
         }
     }
 

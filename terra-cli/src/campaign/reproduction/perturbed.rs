@@ -36,75 +36,76 @@ pub(super) fn perturbed(bench: &Bench) -> Result<Vec<Figure>, CliError> {
             refine: true,
             ..bench.options()
         };
+        let one = |run: usize| -> Option<Run> {
+            let mut rng = ChaCha8Rng::seed_from_u64(bench.seed);
+            rng.set_stream(u64::MAX - run as u64);
+            let truth: Vec<f64> = base
+                .iter()
+                .map(|p| {
+                    let z: f64 = StandardNormal.sample(&mut rng);
+                    p * (1.0 + 0.1 * z)
+                })
+                .collect();
+            let torque = |slip: f64| {
+                let at = Contact::new(slip, 245.25, car.radius, car.width);
+                bench
+                    .law
+                    .forces(&truth, &at)
+                    .ok()
+                    .map(|f| f.resistive_torque)
+            };
+            let names = bench.law.params().iter().map(|p| p.name.to_owned());
+            let values: BTreeMap<String, f64> = names.zip(truth.iter().copied()).collect();
+            let mut scenario = paper::torque_ramp(soil, bench.seed).ok()?;
+            scenario.run = run as u64;
+            (scenario.left, scenario.right) =
+                (Start::Values(values.clone()), Start::Values(values));
+            let profile = terra_sim::Profile {
+                from: 1.15 * torque(1.0)?,
+                to: 1.02 * torque(0.05)?,
+            };
+            scenario.segments[0].command = terra_sim::Command::Torque([profile; 4]);
+            let run = simulate_drive(&scenario, &bench.rover, &bench.registry).ok()?;
+            let id = bench.identify(&run.log, &options)?;
+            let refined = id
+                .groups
+                .first()
+                .and_then(|g| g.refined.as_ref().ok())
+                .map(|r| r.fit.parameters());
+            let off = refined.and_then(|fitted| {
+                let mut errors = Vec::new();
+                for slip in [0.1, 0.2, 0.4, 0.6, 0.8] {
+                    let at = Contact::new(slip, WITHHELD, car.radius, car.width);
+                    let (a, b) = (
+                        bench.law.forces(&truth, &at).ok()?,
+                        bench.law.forces(&fitted, &at).ok()?,
+                    );
+                    let size = a.drawbar_pull.abs() + a.resistive_torque / car.radius;
+                    errors.push((a.drawbar_pull - b.drawbar_pull).abs() / size);
+                    errors.push((a.resistive_torque / b.resistive_torque - 1.0).abs());
+                }
+                median(errors)
+            });
+            let told = Told {
+                truth: soil.to_owned(),
+                id,
+            };
+            let winner = told.at(None).map(|(id, _)| id.to_owned())?;
+            let nearest = nearest(bench, &truth, &run)?;
+            Some(Run {
+                found: nearest == winner,
+                own: nearest == soil,
+                stress: bench
+                    .soil(&winner)
+                    .and_then(|p| worst_stress(bench, &truth, &p)),
+                told,
+                off,
+            })
+        };
         let told: Vec<Option<Run>> = (0..bench.runs)
             .into_par_iter()
-            .map(|run| {
-                let mut rng = ChaCha8Rng::seed_from_u64(bench.seed);
-                rng.set_stream(u64::MAX - run as u64);
-                let truth: Vec<f64> = base
-                    .iter()
-                    .map(|p| {
-                        let z: f64 = StandardNormal.sample(&mut rng);
-                        p * (1.0 + 0.1 * z)
-                    })
-                    .collect();
-                let torque = |slip: f64| {
-                    let at = Contact::new(slip, 245.25, car.radius, car.width);
-                    bench
-                        .law
-                        .forces(&truth, &at)
-                        .ok()
-                        .map(|f| f.resistive_torque)
-                };
-                let names = bench.law.params().iter().map(|p| p.name.to_owned());
-                let values: BTreeMap<String, f64> = names.zip(truth.iter().copied()).collect();
-                let mut scenario = paper::torque_ramp(soil, bench.seed).ok()?;
-                scenario.run = run as u64;
-                (scenario.left, scenario.right) =
-                    (Start::Values(values.clone()), Start::Values(values));
-                let profile = terra_sim::Profile {
-                    from: 1.15 * torque(1.0)?,
-                    to: 1.02 * torque(0.05)?,
-                };
-                scenario.segments[0].command = terra_sim::Command::Torque([profile; 4]);
-                let run = simulate_drive(&scenario, &bench.rover, &bench.registry).ok()?;
-                let id = bench.identify(&run.log, &options)?;
-                let refined = id
-                    .groups
-                    .first()
-                    .and_then(|g| g.refined.as_ref().ok())
-                    .map(|r| r.fit.parameters());
-                let off = refined.and_then(|fitted| {
-                    let mut errors = Vec::new();
-                    for slip in [0.1, 0.2, 0.4, 0.6, 0.8] {
-                        let at = Contact::new(slip, WITHHELD, car.radius, car.width);
-                        let (a, b) = (
-                            bench.law.forces(&truth, &at).ok()?,
-                            bench.law.forces(&fitted, &at).ok()?,
-                        );
-                        let size = a.drawbar_pull.abs() + a.resistive_torque / car.radius;
-                        errors.push((a.drawbar_pull - b.drawbar_pull).abs() / size);
-                        errors.push((a.resistive_torque / b.resistive_torque - 1.0).abs());
-                    }
-                    median(errors)
-                });
-                let told = Told {
-                    truth: soil.to_owned(),
-                    id,
-                };
-                let winner = told.at(None).map(|(id, _)| id.to_owned())?;
-                let nearest = nearest(bench, &truth, &run)?;
-                Some(Run {
-                    found: nearest == winner,
-                    own: nearest == soil,
-                    stress: bench
-                        .soil(&winner)
-                        .and_then(|p| worst_stress(bench, &truth, &p)),
-                    told,
-                    off,
-                })
-            })
-            .collect();
+            .map(|run| bench.stop.go_on().map(|()| one(run)))
+            .collect::<Result<_, CliError>>()?;
         let told: Vec<Run> = told.into_iter().flatten().collect();
         for (what, k, known) in [("own copy @2", Some(2), at_2), (OWN_AT_END, None, at_end)] {
             let (good, n) = share(told.iter().map(|t| &t.told), |t| t.right(k));

@@ -74,6 +74,7 @@ pub(super) fn switch(bench: &Bench) -> Result<Vec<Figure>, CliError> {
     let delays: Vec<Vec<Option<Option<usize>>>> = cases
         .par_iter()
         .map(|(to, run, first, second)| {
+            bench.stop.go_on()?;
             let drive = || -> Option<(DriveLog, usize)> {
                 let (mut first, mut second) = (first.clone(), second.clone());
                 (first.run, second.run) = (2 * *run as u64, 2 * *run as u64 + 1);
@@ -109,9 +110,9 @@ pub(super) fn switch(bench: &Bench) -> Result<Vec<Figure>, CliError> {
                 let stays = named.iter().rposition(|right| !right).map_or(0, |k| k + 1);
                 Some((stays < named.len()).then_some(stays + 1))
             };
-            schemes.iter().map(|(_, options)| one(options)).collect()
+            Ok(schemes.iter().map(|(_, options)| one(options)).collect())
         })
-        .collect();
+        .collect::<Result<_, CliError>>()?;
     // Firm clay pulls little, so that its samples say little: it has a bound of its own.
     let into = [
         ("", 10.0, None),

@@ -39,6 +39,21 @@ at("pointerup", 0.6, 0.6);
 seen.boxed = far();
 view.dispatchEvent(new MouseEvent("dblclick", { bubbles: true }));
 seen.backAgain = far() < 0.011;
+// Two fingers a fifth of the figure apart, then two fifths; then both to the left; then one alone, which scrolls the page.
+const touch = (type, ...xs) => {
+  const box = view.querySelector("svg").getBoundingClientRect();
+  const touches = xs.map((x, identifier) => new Touch({ identifier, target: view, clientX: box.x + x * box.width, clientY: box.y + box.height / 2 }));
+  return !view.dispatchEvent(new TouchEvent(type, { touches, bubbles: true, cancelable: true }));
+};
+touch("touchstart", 0.4, 0.6);
+seen.pinchKept = touch("touchmove", 0.3, 0.7);
+seen.pinched = far();
+touch("touchmove", 0.2, 0.6);
+seen.pinchMoved = far();
+seen.pinchTicks = ticks().join() !== home.ticks.join();
+seen.oneScrolls = !touch("touchmove", 0.5) && far() === seen.pinchMoved;
+touch("touchend");
+key("0");
 const entry = figure.querySelector(".legend .key, .entry");
 entry.dispatchEvent(new MouseEvent("click", { bubbles: true }));
 seen.hidden = [...panel.querySelectorAll(".marks g")].filter((g) => g.getAttribute("visibility") === "hidden").map((g) => g.dataset.name);

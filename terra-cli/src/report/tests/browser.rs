@@ -117,11 +117,19 @@ fn a_figure_answers_keys_pointer_and_buttons() {
     assert!(second.starts_with("slip 0.2"), "{second}");
     assert!(seen["name"].as_str().unwrap().contains("zoom"));
     assert!(seen["hover"].as_str().unwrap().contains("±"), "{seen}");
-    for moved in ["zoomed", "panned", "boxed"] {
+    for moved in ["zoomed", "panned", "boxed", "pinched"] {
         assert!(seen[moved].as_f64().unwrap() > 5.0, "{moved}");
     }
     assert_ne!(seen["zoomed"], seen["panned"]);
-    for yes in ["zoomedTicks", "back", "backAgain"] {
+    assert_ne!(seen["pinched"], seen["pinchMoved"]);
+    for yes in [
+        "zoomedTicks",
+        "back",
+        "backAgain",
+        "pinchKept",
+        "pinchTicks",
+        "oneScrolls",
+    ] {
         assert_eq!(seen[yes], true, "{yes}");
     }
     assert_eq!(seen["hidden"].as_array().unwrap().len(), 1);
