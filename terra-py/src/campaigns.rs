@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use pyo3::prelude::*;
-use terra_cli::tasks::{self, Cases, Stop};
+use terra_cli::tasks::{self, Cases};
 
 use crate::convert::to_python;
 use crate::error::{TerraError, raise};
@@ -16,10 +16,8 @@ pub(crate) fn campaign_ramps(
     seed: u64,
     terrains: Vec<String>,
 ) -> PyResult<Bound<'_, PyAny>> {
-    let stop = Stop::default();
-    let heard = stop.clone();
-    let done = interrupt::run_until(py, &stop, move || {
-        tasks::campaign_ramps(&terrains, runs, seed, &heard)
+    let done = interrupt::run_until(py, move |stop| {
+        tasks::campaign_ramps(&terrains, runs, seed, stop)
     })?;
     to_python(py, &done.map_err(raise)?)
 }
@@ -31,10 +29,8 @@ pub(crate) fn campaign_faults(
     seed: u64,
     filter: String,
 ) -> PyResult<Bound<'_, PyAny>> {
-    let stop = Stop::default();
-    let heard = stop.clone();
-    let done = interrupt::run_until(py, &stop, move || {
-        tasks::campaign_faults(runs, seed, &filter, &heard)
+    let done = interrupt::run_until(py, move |stop| {
+        tasks::campaign_faults(runs, seed, &filter, stop)
     })?;
     to_python(py, &done.map_err(raise)?)
 }
@@ -46,10 +42,8 @@ pub(crate) fn campaign_reproduction(
     seed: u64,
     tables: Vec<String>,
 ) -> PyResult<Bound<'_, PyAny>> {
-    let stop = Stop::default();
-    let heard = stop.clone();
-    let done = interrupt::run_until(py, &stop, move || {
-        tasks::campaign_reproduction(runs, seed, &tables, &heard)
+    let done = interrupt::run_until(py, move |stop| {
+        tasks::campaign_reproduction(runs, seed, &tables, stop)
     })?;
     to_python(py, &done.map_err(raise)?)
 }
@@ -69,11 +63,7 @@ pub(crate) fn campaign_gap(
         seed,
         out,
     };
-    let stop = Stop::default();
-    let heard = stop.clone();
-    let done = interrupt::run_until(py, &stop, move || {
-        tasks::campaign_gap(&asked, left_out, &heard)
-    })?;
+    let done = interrupt::run_until(py, move |stop| tasks::campaign_gap(&asked, left_out, stop))?;
     to_python(py, &done.map_err(raise)?)
 }
 
@@ -91,10 +81,8 @@ pub(crate) fn campaign_gap_calibration(
         seed,
         out,
     };
-    let stop = Stop::default();
-    let heard = stop.clone();
-    let done = interrupt::run_until(py, &stop, move || {
-        tasks::campaign_gap_calibration(&asked, &heard)
+    let done = interrupt::run_until(py, move |stop| {
+        tasks::campaign_gap_calibration(&asked, stop)
     })?;
     done.map_err(raise)
 }
@@ -106,10 +94,8 @@ pub(crate) fn campaign_cross_structure(
     cases: usize,
     seed: u64,
 ) -> PyResult<Bound<'_, PyAny>> {
-    let stop = Stop::default();
-    let heard = stop.clone();
-    let done = interrupt::run_until(py, &stop, move || {
-        tasks::campaign_cross_structure(cases, seed, &out, &heard)
+    let done = interrupt::run_until(py, move |stop| {
+        tasks::campaign_cross_structure(cases, seed, &out, stop)
     })?;
     to_python(py, &done.map_err(raise)?)
 }
@@ -123,10 +109,8 @@ pub(crate) fn sweep(
     out: PathBuf,
     shard: Option<String>,
 ) -> PyResult<(usize, usize)> {
-    let stop = Stop::default();
-    let heard = stop.clone();
-    let done = interrupt::run_until(py, &stop, move || {
-        tasks::sweep(&plan, &out, shard.as_deref(), &heard)
+    let done = interrupt::run_until(py, move |stop| {
+        tasks::sweep(&plan, &out, shard.as_deref(), stop)
     })?;
     done.map_err(raise)
 }

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use pyo3::prelude::*;
-use terra_cli::tasks::{self, ChallengeOptions, Stop};
+use terra_cli::tasks::{self, ChallengeOptions};
 
 use crate::convert::to_python;
 use crate::error::raise;
@@ -28,9 +28,7 @@ pub(crate) fn challenge_make(
         key,
         kinds,
     };
-    let stop = Stop::default();
-    let heard = stop.clone();
-    let done = interrupt::run_until(py, &stop, move || tasks::challenge_make(&options, &heard))?;
+    let done = interrupt::run_until(py, move |stop| tasks::challenge_make(&options, stop))?;
     to_python(py, &done.map_err(raise)?)
 }
 
@@ -40,11 +38,7 @@ pub(crate) fn challenge_run(
     folder: PathBuf,
     out: PathBuf,
 ) -> PyResult<Bound<'_, PyAny>> {
-    let stop = Stop::default();
-    let heard = stop.clone();
-    let done = interrupt::run_until(py, &stop, move || {
-        tasks::challenge_run(&folder, &out, &heard)
-    })?;
+    let done = interrupt::run_until(py, move |stop| tasks::challenge_run(&folder, &out, stop))?;
     to_python(py, &done.map_err(raise)?)
 }
 

@@ -20,25 +20,26 @@ pub(crate) fn run<T: Send + 'static>(
     py: Python<'_>,
     work: impl FnOnce() -> T + Send + 'static,
 ) -> PyResult<T> {
-    run_until(py, &Stop::default(), work)
+    run_until(py, move |_| work())
 }
 
-/// As [`run`], for work that writes files piece by piece: what raises the exception also asks `stop` for an end, so that
-/// nothing is written any more once the pieces at hand are done.
+/// As [`run`], for work that is done piece by piece: what raises the exception also asks for an end, so that nothing is computed or
+/// written any more once the pieces at hand are done.
 ///
 /// # Errors
 /// As [`run`].
 pub(crate) fn run_until<T: Send + 'static>(
     py: Python<'_>,
-    stop: &Stop,
-    work: impl FnOnce() -> T + Send + 'static,
+    work: impl FnOnce(&Stop) -> T + Send + 'static,
 ) -> PyResult<T> {
+    let stop = Stop::default();
+    let told = stop.clone();
     let (tell, mut hear) = channel();
     let worker = thread::Builder::new()
         .name("terra".to_owned())
         .spawn(move || {
             // Nobody listens any more after an interrupt.
-            let _ = tell.send(work());
+            let _ = tell.send(work(&told));
         })
         .map_err(|e| PyRuntimeError::new_err(format!("no thread for the work: {e}")))?;
     loop {
