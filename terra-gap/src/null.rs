@@ -20,7 +20,7 @@ const BRAKING: f64 = -0.05;
 const FAR: f64 = 2.0;
 
 /// Re-fits the nominal model. Returns the fit against the noise alone, that noise, and the whitened misfit of the model as
-/// given; `None` when no fit converges.
+/// given; `None` when motion alone cannot be fitted.
 ///
 /// Braking is an extension of the wheel laws. Where a rig's braking rows keep a fit from converging they are left out, and
 /// counted with that reason.
@@ -37,24 +37,28 @@ pub(crate) fn refit<P: Predictor>(
     if found.0.converged {
         return Ok(Some(found));
     }
-    if setup.kind == LogKind::Drive {
-        // A large gap can push the soil into a corner of the model's domain. That the nominal model has no best soil says
-        // nothing against the rivals, whose own fits are certified.
-        data.notes
-            .push("the re-fit of the nominal model did not converge".to_owned());
-        return Ok(Some(found));
+    if setup.kind == LogKind::Kinematic {
+        return Ok(None);
     }
     let braking =
         |o: &crate::dataset::Observation| o.factors.get("slip").is_some_and(|s| *s < BRAKING);
     let rows = data.observations.iter().filter(|o| braking(o)).count();
-    if setup.kind != LogKind::Rig || rows == 0 || data.len() < 2 * null.len() {
-        return Ok(None);
+    if setup.kind == LogKind::Rig && rows > 0 && data.len() >= 2 * null.len() {
+        let mut driven = data.clone();
+        driven.observations.retain(|o| !braking(o));
+        let found = settle(&mut driven, predictor, setup, null)?;
+        if found.0.converged {
+            *data = driven;
+            let reason = "braking: with these rows the nominal model's re-fit does not converge";
+            *data.dropped.entry(reason.to_owned()).or_default() += rows;
+            return Ok(Some(found));
+        }
     }
-    data.observations.retain(|o| !braking(o));
-    let reason = "braking: with these rows the nominal model's re-fit does not converge";
-    *data.dropped.entry(reason.to_owned()).or_default() += rows;
-    let found = settle(data, predictor, setup, null)?;
-    Ok(found.0.converged.then_some(found))
+    // A large gap can push the soil into a corner of the model's domain. That the nominal model has no best soil says nothing
+    // against the rivals, whose own fits are certified.
+    data.notes
+        .push("the re-fit of the nominal model did not converge".to_owned());
+    Ok(Some(found))
 }
 
 /// The noise depends on the slopes of the model, the model on the noise: two rounds settle it. Where a drive's re-fit stays far
@@ -116,8 +120,14 @@ fn settle<P: Predictor>(
     let n = data.len() as f64;
     for _ in 0..2 {
         let x = fitted.x.as_slice().to_vec();
-        let own = with_roughness(data, &x, &x)?;
-        let with_own = fit(data, &own, std::slice::from_ref(&x))?;
+        let own = with_roughness(data, &x, &x)
+            .and_then(|own| Ok((fit(data, &own, std::slice::from_ref(&x))?, own)));
+        let (with_own, own) = match own {
+            Ok(own) => own,
+            // Soil that only just carries the wheel has no slopes there: the noise stands as it is.
+            Err(GapError::Model(_)) => break,
+            Err(e) => return Err(e),
+        };
         let far = setup.kind == LogKind::Drive && fitted.chi2() > FAR * n;
         // Unless it is its own noise that brings it near, and explains the data the better.
         let explains = |f: &Fit| -f.cost - f.log_det;

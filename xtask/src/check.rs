@@ -171,6 +171,16 @@ fn readers() -> Result<Outcome, String> {
         "parquet",
         "--test",
         "kinematic",
+    ])?;
+    passes(&[
+        "test",
+        "--package",
+        "terra",
+        "--features",
+        "parquet",
+        "--test",
+        "command",
+        "the_measured_husky",
     ])
 }
 
