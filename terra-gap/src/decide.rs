@@ -21,11 +21,13 @@ pub(crate) struct Decision {
 }
 
 impl Decision {
-    /// A name is no longer the only answer.
+    /// A name is no longer the only answer, or there is one more reason why it is not.
     pub(crate) fn doubt(&mut self, reason: String) {
         if self.verdict == "named" {
             self.verdict = "ambiguous";
-            self.reason = Some(reason);
+        }
+        if self.verdict == "ambiguous" {
+            self.reason.get_or_insert(reason);
         }
     }
 }

@@ -51,6 +51,16 @@ fn nothing_missing_is_found_to_be_nothing() {
     }
 }
 
+/// Soil pushed ahead so strongly that the nominal law has no best soil: that says nothing against the cause.
+#[test]
+fn a_gap_that_no_soil_follows_at_all_is_diagnosed() {
+    let d = diagnose(&with("bulldozing", 3.5), 4);
+    let note = "the re-fit of the nominal model did not converge";
+    assert!(d.data.notes.iter().any(|n| n == note), "{:?}", d.data.notes);
+    assert_eq!((d.verdict, d.set), ("named", vec!["bulldozing".to_owned()]));
+    assert!((d.waterfall.after.unwrap() - 1.0).abs() < 0.5);
+}
+
 /// Effects with a signature of their own at three loads are named, and their size is found.
 #[test]
 fn causes_with_a_signature_of_their_own_are_named() {

@@ -202,14 +202,14 @@ fn a_cause_is_found_that_the_nominal_fit_hides() {
     assert!((0.8..1.2).contains(&after), "{after}");
 }
 
-/// A robot a tenth heavier than its file says, which the library must not know: lugs over a stiffer layer imitate it, but where
+/// A robot a fifth heavier than its file says, which the library must not know: lugs over a stiffer layer imitate it, but where
 /// they were not fitted they close a fifth of the gap. They are not named by themselves.
 #[test]
 fn two_causes_that_close_little_where_they_were_not_fitted_are_doubted() {
     let (rover, registry, mut scenario) = example();
     scenario.effects = vec![EffectSetting {
         name: "mass-error".to_owned(),
-        magnitude: vec![0.1],
+        magnitude: vec![0.2],
         form: None,
     }];
     let log = simulate_drive(&scenario, &rover, &registry).unwrap().log;
