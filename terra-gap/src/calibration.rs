@@ -12,8 +12,8 @@
 //! probability, and the cause has the rest. A second cause needs a gain γ over the best single one: chosen among hundreds of
 //! pairs, it gains by chance. T, ε, δ and γ minimise Σ -ln P(truth), γ only where cases with two causes say what it costs, else
 //! it is the 95 % quantile of what needless ones gained. The set is the smallest whose probability reaches the level that held
-//! the truth in 90 % of the cases, .75 at least, or else all that the floor leaves; a name needs a gain above the 95 % quantile of what the
-//! best effect gained on cases without any.
+//! the truth in 90 % of the cases, .75 at least, or else all that the floor leaves; a name needs a gain above the 95 % quantile
+//! of what the best effect gained on cases without any.
 //!
 //! # Reference
 //! C. Guo et al., ICML 2017 (temperature); V. Vovk, A. Gammerman, G. Shafer, Algorithmic Learning in a Random World, 2005
