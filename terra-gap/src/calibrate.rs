@@ -27,13 +27,13 @@ const NULLS: f64 = 0.4;
 const MAGNITUDES: std::ops::Range<f64> = 0.3..2.0;
 
 /// The frozen calibration of this kind of log, or with `settings.calibrate` one made from that many mock cases, the more
-/// cautious of the two in each respect.
+/// cautious of the two in each respect. Predictors at what was measured and at where the inputs most probably were.
 ///
 /// # Errors
 /// Where the nominal model has no answer at its own fit.
 pub(crate) fn calibrate<P: Predictor>(
     data: &DataSet,
-    predictor: &P,
+    (measured, predictor): (&P, &P),
     setup: &Setup<'_>,
     settings: &Settings,
     candidates: &Candidates,
@@ -55,9 +55,9 @@ pub(crate) fn calibrate<P: Predictor>(
             rng.set_stream(run as u64);
             let (truth, h, x) = draw(rivals, candidates, run, settings.calibrate, &mut rng)?;
             let (mut data, predictor) =
-                mock(data, predictor, &h, x.as_slice(), &roughness, &mut rng).ok()?;
+                mock(data, measured, &h, x.as_slice(), &roughness, &mut rng).ok()?;
             let found = weigh_rivals(&mut data, &predictor, setup, settings, candidates);
-            let answers = Answers::new(&found.ok()?.ok()?, settings, setup.kind);
+            let answers = Answers::new(&found.ok()?.ok()?.0, settings, setup.kind);
             Some(answers.evidence().case(&truth))
         })
         .collect();

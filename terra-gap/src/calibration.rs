@@ -9,7 +9,8 @@
 //! library as well: a share of its probability goes to unknown, by choice, or by half to the best two causes that say a
 //! little more than it. Where something unknown says more than all causes, but one cause alone leaves over no more than a
 //! tolerated share of it, the remainder is an error of that cause's formula as easily: unknown keeps the same share of its
-//! probability, and the cause has the rest. A second cause needs a gain γ over the best single one: chosen among hundreds of
+//! probability, and the cause has the rest. An explanation that itself misfits by more than is adequate keeps little: the
+//! rest of its probability is unknown's. A second cause needs a gain γ over the best single one: chosen among hundreds of
 //! pairs, it gains by chance. T, ε, δ and γ minimise Σ -ln P(truth), γ only where cases with two causes say what it costs, else
 //! it is the 95 % quantile of what needless ones gained. The set is the smallest whose probability reaches the level that held
 //! the truth in 90 % of the cases, .75 at least, or else all that the floor leaves; a name needs a gain above the 95 % quantile
@@ -45,6 +46,9 @@ pub struct Calibration {
     /// choice, not learned.
     #[serde(default)]
     pub form_tolerance: f64,
+    /// Share of the probability of an explanation that misfits which goes to unknown: a choice, not learned.
+    #[serde(default)]
+    pub misfit_doubt: f64,
     /// Probability that a set must reach to hold the truth in 90 % of cases.
     pub set_probability: f64,
     /// Gain \[nats\] that the best effect stays below on 95 % of logs without any.
@@ -74,6 +78,9 @@ pub(crate) struct Weight {
     /// Two causes that do little more than one by a free formula: where that one stands.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) behind: Option<usize>,
+    /// With it the data still misfit by more than is adequate.
+    #[serde(default)]
+    pub(crate) misfits: bool,
 }
 
 impl Weight {
@@ -261,6 +268,11 @@ impl Calibration {
                 said[to] += 0.5 * moved;
             }
         }
+        for (k, _) in weights.iter().enumerate().filter(|(_, w)| w.misfits) {
+            let moved = self.misfit_doubt * said[k];
+            said[k] -= moved;
+            said[weights.len() - 1] += moved;
+        }
         if let Some(k) = self.nearly(weights) {
             let moved = (1.0 - self.free_doubt) * said[weights.len() - 1];
             said[weights.len() - 1] -= moved;
@@ -274,6 +286,17 @@ impl Calibration {
                 said + self.floor * (before - said)
             })
             .collect()
+    }
+
+    /// True where an explanation that misfits would lead, were it not doubted for that.
+    pub(crate) fn led_by_a_misfit(&self, weights: &[Weight]) -> bool {
+        let trusting = Calibration {
+            misfit_doubt: 0.0,
+            ..self.clone()
+        };
+        let p = trusting.probabilities(weights);
+        let first = (0..p.len()).max_by(|a, b| p[*a].total_cmp(&p[*b]));
+        first.is_some_and(|k| weights[k].misfits)
     }
 
     /// The one cause that leaves over so little of what something unknown explains, and this more than all causes, that its
@@ -401,6 +424,7 @@ mod tests {
             pair_doubt: 0.0,
             free_doubt: 0.0,
             form_tolerance: 0.0,
+            misfit_doubt: 0.0,
             set_probability: 0.9,
             null_gain: 3.0,
             second_gain: 3.0,
@@ -417,6 +441,7 @@ mod tests {
             parts: None,
             free: false,
             behind: None,
+            misfits: false,
         }
     }
 
@@ -507,6 +532,7 @@ mod tests {
             parts: None,
             free: false,
             behind: None,
+            misfits: false,
         };
         let c = start();
         assert_eq!(c.probabilities(&[single(-1.0, 10.0), pair(12.9)])[1], 0.0);
@@ -530,6 +556,7 @@ mod tests {
                     parts: Some([0, 0]),
                     free: false,
                     behind: None,
+                    misfits: false,
                 },
                 single(-1.0, 0.0),
                 single(-3.0, 0.0),
@@ -556,6 +583,7 @@ mod tests {
                 parts: Some([0, 1]),
                 free: false,
                 behind: None,
+                misfits: false,
             };
             let none = single(-2.0, 0.0);
             vec![
@@ -658,6 +686,30 @@ mod tests {
         };
         two.insert(1, pair);
         assert_eq!(c.nearly(&two), None);
+    }
+
+    /// Nine tenths of what an explanation has that misfits go to unknown; one that fits keeps all.
+    #[test]
+    fn an_explanation_that_misfits_leaves_most_to_unknown() {
+        let misfit = Weight {
+            misfits: true,
+            ..single(-1.0, 40.0)
+        };
+        let doubting = Calibration {
+            misfit_doubt: 0.9,
+            ..start()
+        };
+        let weights = [
+            misfit,
+            single(-1.0, 39.0),
+            single(-1.0, 0.0),
+            single(-1.0, 0.0),
+        ];
+        let plain = start().probabilities(&weights);
+        let p = doubting.probabilities(&weights);
+        assert!((p[0] - 0.1 * plain[0]).abs() < 1e-12);
+        assert!((p[3] - plain[3] - 0.9 * plain[0]).abs() < 1e-12);
+        assert_eq!(p[1..3], plain[1..3]);
     }
 
     #[test]

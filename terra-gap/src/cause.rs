@@ -61,6 +61,8 @@ pub(crate) struct Ranking {
     pub stand_in: Option<f64>,
     /// The first cause, where it leaves a little over that something unknown explains.
     pub nearly: Option<String>,
+    /// True where the explanation that leads still misfits.
+    pub misfits: bool,
 }
 
 /// Nats within which an effect of the ground stands beside other soil that leads, against a foreign wheel law. Other soil that
@@ -130,8 +132,7 @@ impl Answers {
         let others = aside.len() + rivals.structures_out;
         let rest =
             (1.0 - none - unknown).max(0.0) / (shares.iter().sum::<f64>() + others as f64).max(1.0);
-        // A pair on a drive; on a rig it was held against the noise alone too, which its gain does not show.
-        let second = |c: &Cause| c.kind == CauseKind::Combination && kind == LogKind::Drive;
+        let two = |c: &Cause| c.kind == CauseKind::Combination;
         let alone_at = |effect: &str| {
             let mut all = causes.iter();
             all.position(|c| c.kind == CauseKind::Effect && c.name == effect)
@@ -154,15 +155,17 @@ impl Answers {
             .enumerate()
             .map(|(k, (c, share))| {
                 let behind = (k >= first_behind).then(|| leader.unwrap_or(last_answer));
-                let second = second(c) && behind.is_none();
+                let two = two(c) && behind.is_none();
                 Weight {
                     ln_prior: (share * rest).ln(),
                     gain: c.log_evidence_gain,
-                    second,
+                    // On a rig it was held against the noise alone too, which its gain does not show.
+                    second: two && kind == LogKind::Drive,
                     // A part that was not weighed by itself leaves its share to unknown.
-                    parts: second.then(|| parts(c).unwrap_or([last_answer; 2])),
+                    parts: two.then(|| parts(c).unwrap_or([last_answer; 2])),
                     free: c.form == FREE,
                     behind,
+                    misfits: kind != LogKind::Drive && c.weighed.chi2_per_value() > ADEQUATE,
                 }
             })
             .collect();
@@ -173,6 +176,7 @@ impl Answers {
             parts: None,
             free: false,
             behind: None,
+            misfits: false,
         };
         weights.push(alone(none, 0.0));
         weights.push(alone(unknown, rivals.log_unknown - null.log_evidence));
@@ -205,6 +209,7 @@ impl Answers {
     pub(crate) fn rank(self, calibration: &Calibration) -> Ranking {
         let p = calibration.probabilities(&self.weights);
         let mut causes = self.causes;
+        let misfits = calibration.led_by_a_misfit(&self.weights);
         let nearly = calibration.nearly(&self.weights);
         let nearly = nearly.map(|k| causes[k].name.clone());
         // By the name of one cause by a free formula: two causes that say a little more.
@@ -245,8 +250,13 @@ impl Answers {
             set,
             stand_in: None,
             nearly: None,
+            misfits,
         };
         ranking.stand_in();
+        if misfits {
+            // What comes nearest is said beside `unknown`.
+            ranking.add(ranking.causes.first().map(|c| c.name.clone()));
+        }
         // A formula left free takes the place of what no library knows, or of a second cause, as easily as it is the cause's own;
         // so does one that leaves a little over.
         let top = ranking.causes.first();

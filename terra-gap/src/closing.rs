@@ -68,7 +68,8 @@ fn closing<P: Predictor>(
     settings.combine = effects.len().clamp(1, 2);
     let (law, rover) = (&setup.law, setup.rover);
     let candidates = gate(setup.registry, law, &noisy, rover, setup.kind, &settings)?;
-    let Ok(rivals) = weigh_rivals(&mut noisy, &predictor, setup, &settings, &candidates)? else {
+    let found = weigh_rivals(&mut noisy, &predictor, setup, &settings, &candidates)?;
+    let Ok((rivals, _)) = found else {
         return Ok(None);
     };
     let mut wanted = effects.to_vec();

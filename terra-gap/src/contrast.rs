@@ -173,8 +173,8 @@ pub(crate) fn against<'a, P: Predictor>(
             null.len()
         )));
     }
-    let fitted = refit(&mut data, predictor, &setup, &null)?;
-    let Some((fit, ..)) = fitted.filter(|(fit, ..)| fit.converged) else {
+    let found = refit(&mut data, predictor, &setup, &null)?;
+    let Some(fit) = found.map(|f| f.fitted).filter(|fit| fit.converged) else {
         return Err(GapError::Mismatch(
             "the fit of the nominal simulator to the simulator's log did not converge".to_owned(),
         ));

@@ -39,12 +39,15 @@ pub struct Observation {
     pub values: Vec<f64>,
     /// 1-sigma of each raw quantity the residual depends on: values first, then inputs.
     pub raw_sd: Vec<f64>,
+    /// What a residual gains for its inputs being taken where they most probably were, one a value; empty where they are taken
+    /// as they were read.
+    pub(crate) shift: Vec<f64>,
     /// Regime.
     pub factors: Factors,
 }
 
 /// The residual of one observation as a function of the raw measurements, so that input noise can be propagated.
-pub(crate) trait Predictor: Sync + Send + Sized {
+pub(crate) trait Predictor: Clone + Sync + Send + Sized {
     /// Number of raw quantities (values, then inputs) of an observation.
     fn raw(&self, index: usize) -> Vec<f64>;
 

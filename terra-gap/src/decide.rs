@@ -61,7 +61,16 @@ pub(crate) fn decide(
         .map(|c| c.log_evidence_gain)
         .fold(f64::NEG_INFINITY, f64::max);
 
-    if gated && null_chi2 > ADEQUATE && unknown > best {
+    let leading = causes.first().filter(|_| ranking.misfits);
+    if let Some(top) = leading {
+        out.verdict = "unknown";
+        out.nearest = named.iter().map(|c| c.name.clone()).collect();
+        out.reason = Some(format!(
+            "form unknown: the best known explanation still misfits by chi2/n = {:.1} (adequate is up to {ADEQUATE}; the re-fitted nominal model has {null_chi2:.1})",
+            top.weighed.chi2_per_value()
+        ));
+        accept(&mut out, top);
+    } else if gated && null_chi2 > ADEQUATE && unknown > best {
         // A smooth error of the wheel law's form would do as well as any name, but noise alone does not explain the
         // misfit: say which known effects come closest to explaining it within the noise.
         let closest = nearest(causes);
@@ -91,28 +100,19 @@ pub(crate) fn decide(
         out.nearest = causes.iter().take(3).map(|c| c.name.clone()).collect();
         out.reason = Some("no known effect explains the gap".to_owned());
     } else if let Some(top) = named.first() {
-        let chi2 = top.weighed.chi2_per_value();
-        if gated && chi2 > ADEQUATE {
-            out.verdict = "unknown";
-            out.nearest = named.iter().map(|c| c.name.clone()).collect();
-            out.reason = Some(format!(
-                "form unknown: the best known explanation still misfits by chi2/n = {chi2:.1} (adequate is up to {ADEQUATE}; the re-fitted nominal model has {null_chi2:.1})"
-            ));
+        out.verdict = if ranking.set.len() == 1 {
+            "named"
         } else {
-            out.verdict = if ranking.set.len() == 1 {
-                "named"
-            } else {
-                "ambiguous"
-            };
-            let nearly = ranking.nearly.as_ref().map(|name| {
-                format!(
-                    "{name} explains nearly all, but not within the noise: its formula may be another here, or something unknown does much the same"
-                )
-            });
-            out.reason = nearly.or_else(|| ranking.stand_in.map(|_| {
-                "another soil and an effect of the ground stand for each other where the simulator's wheel law is another; a simulator's log of the same ground (--same-bed) tells them apart".to_owned()
-            }));
-        }
+            "ambiguous"
+        };
+        let nearly = ranking.nearly.as_ref().map(|name| {
+            format!(
+                "{name} explains nearly all, but not within the noise: its formula may be another here, or something unknown does much the same"
+            )
+        });
+        out.reason = nearly.or_else(|| ranking.stand_in.map(|_| {
+            "another soil and an effect of the ground stand for each other where the simulator's wheel law is another; a simulator's log of the same ground (--same-bed) tells them apart".to_owned()
+        }));
         accept(&mut out, top);
     }
     out

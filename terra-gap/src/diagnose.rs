@@ -133,7 +133,7 @@ const HALF: f64 = 0.5;
 /// An option or a configuration that makes no sense. What the data cannot tell is a verdict.
 pub(crate) fn diagnose<P: Predictor>(
     mut data: DataSet,
-    predictor: &P,
+    measured: &P,
     setup: &Setup<'_>,
     settings: &Settings,
 ) -> Result<Diagnosis, GapError> {
@@ -145,11 +145,20 @@ pub(crate) fn diagnose<P: Predictor>(
         setup.kind,
         settings,
     )?;
-    let rivals = match weigh_rivals(&mut data, predictor, setup, settings, &candidates)? {
-        Ok(rivals) => rivals,
+    let found = weigh_rivals(&mut data, measured, setup, settings, &candidates)?;
+    let (rivals, predictor) = match found {
+        Ok(found) => found,
         Err(reason) => return Ok(Diagnosis::unidentifiable(data, setup, candidates, reason)),
     };
-    let calibration = calibrate(&data, predictor, setup, settings, &candidates, &rivals)?;
+    let predictor = &predictor;
+    let calibration = calibrate(
+        &data,
+        (measured, predictor),
+        setup,
+        settings,
+        &candidates,
+        &rivals,
+    )?;
     let n = data.len() as f64;
     let (null, fitted) = (&rivals.null, &rivals.fitted);
     let answers = Answers::new(&rivals, settings, setup.kind);

@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use terra_model::{Dual8, Dual16, jacobian, wide_jacobian};
 
-use crate::dataset::{DataSet, Predictor, Stacked};
+use crate::dataset::{DataSet, Observation, Predictor, Stacked};
 pub(crate) use crate::descent::Effort;
 use crate::descent::{End, Residuals, descend};
 use crate::error::GapError;
@@ -91,7 +91,8 @@ pub(crate) fn evaluate_from<P: Predictor>(
         jacobian: DMatrix::zeros(n, free.len()),
     };
     let mut at = 0;
-    for (value, jac) in each {
+    for ((mut value, jac), o) in each.into_iter().zip(&data.observations) {
+        shifted(&mut value, o);
         stacked
             .residual
             .rows_mut(at, value.len())
@@ -103,6 +104,13 @@ pub(crate) fn evaluate_from<P: Predictor>(
         at += value.len();
     }
     Ok(stacked)
+}
+
+/// Adds what the tangent from where the inputs are taken to where they were read gives.
+fn shifted(residual: &mut [f64], observation: &Observation) {
+    for (r, shift) in residual.iter_mut().zip(&observation.shift) {
+        *r += shift;
+    }
 }
 
 /// Constants and variables as one vector.
@@ -123,7 +131,10 @@ pub(crate) fn residual<P: Predictor>(
 ) -> Result<DVector<f64>, GapError> {
     let p = hypothesis.parameters(x);
     let indices: Vec<usize> = data.observations.iter().map(|o| o.index).collect();
-    let each = predictor.residuals(&hypothesis.law, &p, &indices)?;
+    let mut each = predictor.residuals(&hypothesis.law, &p, &indices)?;
+    for (value, o) in each.iter_mut().zip(&data.observations) {
+        shifted(value, o);
+    }
     Ok(DVector::from_vec(each.concat()))
 }
 

@@ -28,6 +28,7 @@ mod forms;
 mod holdout;
 mod hypothesis;
 mod kinematic;
+mod latent;
 mod locate;
 mod logs;
 mod mock;

@@ -48,6 +48,7 @@ pub(crate) fn mock<P: Predictor>(
             let z: f64 = StandardNormal.sample(rng);
             raw[k] += roughness.get(c).copied().unwrap_or(0.0).sqrt() * z;
         }
+        o.shift.clear();
         o.values = positions.iter().map(|&k| raw[k]).collect();
         replaced.push((o.index, raw));
     }

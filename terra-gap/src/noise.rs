@@ -279,6 +279,7 @@ mod tests {
             channels: channels.to_vec(),
             values: vec![0.0; channels.len()],
             raw_sd: vec![],
+            shift: vec![],
             factors: Factors::new(),
         };
         let channel = |name: &str| ChannelInfo {

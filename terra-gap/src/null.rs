@@ -6,6 +6,7 @@ use crate::dataset::{DataSet, Predictor};
 use crate::error::GapError;
 use crate::fit::{Fit, fit_from, residual};
 use crate::hypothesis::Hypothesis;
+use crate::latent::recentre;
 use crate::noise::NoiseModel;
 use crate::roughness;
 use crate::settings::LogKind;
@@ -16,11 +17,25 @@ use crate::weigh::{NEAR, again};
 /// Slip below which a row counts as braking for the second try: rows at zero slip scatter to both sides.
 const BRAKING: f64 = -0.05;
 
-/// Misfit per value from which a drive's re-fit is far from the data.
-const FAR: f64 = 2.0;
+/// Misfit per value from which a re-fit is far from the data.
+pub(crate) const FAR: f64 = 2.0;
+/// How often the inputs are moved at most to where they most probably were, and the prior sd by which a fit then still stands.
+const CENTRINGS: usize = 6;
+const STILL: f64 = 0.02;
 
-/// Re-fits the nominal model. Returns the fit against the noise alone, that noise, and the whitened misfit of the model as
-/// given; `None` when motion alone cannot be fitted.
+/// The nominal model re-fitted.
+pub(crate) struct Refit<P> {
+    /// Its fit against the noise alone.
+    pub(crate) fitted: Fit,
+    /// That noise.
+    pub(crate) noise: NoiseModel,
+    /// Whitened misfit of the model as given.
+    pub(crate) given: f64,
+    /// Predicts where the inputs most probably were.
+    pub(crate) predictor: P,
+}
+
+/// Re-fits the nominal model; `None` when motion alone cannot be fitted.
 ///
 /// Braking is an extension of the wheel laws. Where a rig's braking rows keep a fit from converging they are left out, and
 /// counted with that reason.
@@ -32,9 +47,9 @@ pub(crate) fn refit<P: Predictor>(
     predictor: &P,
     setup: &Setup<'_>,
     null: &Hypothesis,
-) -> Result<Option<(Fit, NoiseModel, f64)>, GapError> {
+) -> Result<Option<Refit<P>>, GapError> {
     let found = settle(data, predictor, setup, null)?;
-    if found.0.converged {
+    if found.fitted.converged {
         return Ok(Some(found));
     }
     if setup.kind == LogKind::Kinematic {
@@ -47,7 +62,7 @@ pub(crate) fn refit<P: Predictor>(
         let mut driven = data.clone();
         driven.observations.retain(|o| !braking(o));
         let found = settle(&mut driven, predictor, setup, null)?;
-        if found.0.converged {
+        if found.fitted.converged {
             *data = driven;
             let reason = "braking: with these rows the nominal model's re-fit does not converge";
             *data.dropped.entry(reason.to_owned()).or_default() += rows;
@@ -68,12 +83,13 @@ fn settle<P: Predictor>(
     predictor: &P,
     setup: &Setup<'_>,
     null: &Hypothesis,
-) -> Result<(Fit, NoiseModel, f64), GapError> {
+) -> Result<Refit<P>, GapError> {
     let centre = vec![0.0; null.len()];
     let inherited = setup.inherited.as_ref();
-    let noise_at = |data: &DataSet, at: &[f64]| {
+    let noise_by = |data: &DataSet, predictor: &P, at: &[f64]| {
         NoiseModel::propagate(data, predictor, null, at)?.with(data, predictor, inherited)
     };
+    let noise_at = |data: &DataSet, at: &[f64]| noise_by(data, predictor, at);
     let mut noise = noise_at(data, &centre)?;
     let given = noise
         .whitener(data)?
@@ -138,7 +154,37 @@ fn settle<P: Predictor>(
             fitted = fit(data, &noise, &[x])?;
         }
     }
-    Ok((fitted, noise, given))
+    let mut now = predictor.clone();
+    for _ in 0..CENTRINGS {
+        if fitted.chi2() > FAR * n {
+            break;
+        }
+        let before = fitted.x.clone();
+        let x = before.as_slice();
+        let next = match recentre(data, (predictor, &now), null, x, &noise) {
+            Ok(next) => next,
+            Err(GapError::Model(_)) => break,
+            Err(e) => return Err(e),
+        };
+        now = next;
+        noise = noise_by(data, &now, x)?;
+        if setup.kind == LogKind::Drive {
+            let r = residual(data, &now, null, x)?;
+            roughness::add(&mut noise, data, setup.rover, &r);
+        }
+        let whitener = noise.whitener(data)?;
+        let (starts, effort) = ([x.to_vec()], again(setup.kind));
+        fitted = fit_from(data, &now, null, &whitener, &starts, None, effort)?;
+        if (&fitted.x - before).amax() < STILL {
+            break;
+        }
+    }
+    Ok(Refit {
+        fitted,
+        noise,
+        given,
+        predictor: now,
+    })
 }
 
 /// Leaves out, and counts, observations that the model has no answer for at the prior centre.

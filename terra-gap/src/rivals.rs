@@ -10,7 +10,7 @@ use crate::fit::Fit;
 use crate::forms::{FREE, Ground, ask_again};
 use crate::hypothesis::Hypothesis;
 use crate::noise::{NoiseModel, Whitener};
-use crate::null::{drop_unanswered, refit};
+use crate::null::{Refit, drop_unanswered, refit};
 use crate::round::{Common, Round, settle};
 use crate::settings::{LogKind, Settings};
 use crate::setup::{ADEQUATE, Screened, Setup};
@@ -59,7 +59,8 @@ pub(crate) struct Rivals {
     pub not_asked: Vec<(String, String)>,
 }
 
-/// Fits and weighs all rivals; the inner error is the reason why the data cannot tell.
+/// Fits and weighs all rivals, and gives the predictor of where the inputs most probably were; the inner error is the reason why the
+/// data cannot tell.
 ///
 /// # Errors
 /// A configuration that makes no sense.
@@ -69,7 +70,7 @@ pub(crate) fn weigh_rivals<P: Predictor>(
     setup: &Setup<'_>,
     settings: &Settings,
     candidates: &Candidates,
-) -> Result<Result<Rivals, String>, GapError> {
+) -> Result<Result<(Rivals, P), String>, GapError> {
     let null = Hypothesis::null(setup.law.clone(), Arc::clone(&setup.soil));
     drop_unanswered(data, predictor, &null, &vec![0.0; null.len()]);
     let free = null.len();
@@ -90,11 +91,17 @@ pub(crate) fn weigh_rivals<P: Predictor>(
             dropped.join(", ")
         )));
     }
-    let Some((fitted, noise, given)) = refit(data, predictor, setup, &null)? else {
+    let Some(found) = refit(data, predictor, setup, &null)? else {
         return Ok(Err(
             "the re-fit of the nominal model did not converge".to_owned()
         ));
     };
+    let Refit {
+        fitted,
+        noise,
+        given,
+        predictor: centred,
+    } = found;
     let common = Common {
         predictor,
         setup,
@@ -102,7 +109,7 @@ pub(crate) fn weigh_rivals<P: Predictor>(
         candidates,
         null: &null,
     };
-    let round = settle(data, &common, &fitted, noise)?;
+    let (round, predictor) = settle(data, &common, &fitted, noise, centred)?;
     let Round {
         noise,
         plain,
@@ -123,13 +130,13 @@ pub(crate) fn weigh_rivals<P: Predictor>(
             .chain(&pairs)
             .chain([&null_weighed])
             .collect();
-        found = weigh_structures(data, predictor, setup, &noise, &levels, &rivals)?;
+        found = weigh_structures(data, &predictor, setup, &noise, &levels, &rivals)?;
     }
     let structures_out = found.out.len();
     not_asked.extend(found.out);
     let ground = Ground {
         data,
-        predictor,
+        predictor: &predictor,
         setup,
         null: &null,
         levels: &levels,
@@ -159,7 +166,7 @@ pub(crate) fn weigh_rivals<P: Predictor>(
         LogKind::Drive | LogKind::Kinematic => null_weighed.plain.clone(),
     };
 
-    Ok(Ok(Rivals {
+    let rivals = Rivals {
         null,
         fitted,
         given,
@@ -173,7 +180,8 @@ pub(crate) fn weigh_rivals<P: Predictor>(
         behind,
         log_unknown,
         not_asked,
-    }))
+    };
+    Ok(Ok((rivals, predictor)))
 }
 
 /// Takes out the pairs that need no second cause, because one cause by another formula explains nearly as much, and gives back

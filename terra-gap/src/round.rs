@@ -9,7 +9,9 @@ use crate::dataset::{DataSet, Predictor};
 use crate::error::GapError;
 use crate::fit::{Fit, residual};
 use crate::hypothesis::Hypothesis;
+use crate::latent::recentre;
 use crate::noise::{NoiseModel, Whitener};
+use crate::null::FAR;
 use crate::pairs::confirm_pairs;
 use crate::renewal::Before;
 use crate::roughness;
@@ -46,6 +48,7 @@ pub(crate) struct Round {
 
 /// What does not change from round to round.
 pub(crate) struct Common<'a, 'b, P> {
+    /// Predicts at what was measured, or where the inputs most probably were.
     pub predictor: &'a P,
     pub setup: &'a Setup<'b>,
     pub settings: &'a Settings,
@@ -53,7 +56,8 @@ pub(crate) struct Common<'a, 'b, P> {
     pub null: &'a Hypothesis,
 }
 
-/// Weighs the effects, renewing the noise of a drive as often as needed.
+/// Weighs the effects, renewing the noise of a drive as often as needed, from where the inputs are `centred` at the nominal fit.
+/// Gives the predictor of where they were at the last.
 ///
 /// # Errors
 /// Where the nominal law has no answer.
@@ -62,26 +66,35 @@ pub(crate) fn settle<P: Predictor>(
     common: &Common<'_, '_, P>,
     fitted: &Fit,
     noise: NoiseModel,
-) -> Result<Round, GapError> {
-    let mut round = Round::new(data, common, fitted, noise, "", None)?;
+    centred: P,
+) -> Result<(Round, P), GapError> {
+    let mut now = centred;
+    fn by<'a, 'b, P>(now: &'a P, common: &Common<'a, 'b, P>) -> Common<'a, 'b, P> {
+        Common {
+            predictor: now,
+            ..*common
+        }
+    }
+    let mut round = Round::new(data, &by(&now, common), fitted, noise, "", None)?;
     for renewal in 1..=RENEWALS {
         let Some(better) = round.better(common.setup.kind) else {
             break;
         };
         let (h, x) = (better.hypothesis.clone(), better.plain.x.clone());
+        let x = x.as_slice();
+        if better.plain.chi2() <= FAR * data.len() as f64 {
+            now = recentre(data, (common.predictor, &now), &h, x, &round.noise)?;
+        }
         let inherited = common.setup.inherited.as_ref();
-        let mut noise = NoiseModel::propagate(data, common.predictor, &h, x.as_slice())?.with(
-            data,
-            common.predictor,
-            inherited,
-        )?;
-        let r = residual(data, common.predictor, &h, x.as_slice())?;
+        let mut noise = NoiseModel::propagate(data, &now, &h, x)?.with(data, &now, inherited)?;
+        let r = residual(data, &now, &h, x)?;
         roughness::add(&mut noise, data, common.setup.rover, &r);
         let last = renewal == RENEWALS;
         let at = h.effect_name();
-        round = Round::new(data, common, fitted, noise, &at, Some((&round, last)))?;
+        let previous = Some((&round, last));
+        round = Round::new(data, &by(&now, common), fitted, noise, &at, previous)?;
     }
-    Ok(round)
+    Ok((round, now))
 }
 
 impl Round {

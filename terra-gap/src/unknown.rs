@@ -195,6 +195,7 @@ mod tests {
                     channels: vec![0],
                     values: vec![0.0],
                     raw_sd: vec![],
+                    shift: vec![],
                     factors: crate::dataset::Factors::new(),
                 })
                 .collect(),

@@ -357,6 +357,7 @@ impl Reader {
             values: measured.iter().map(|&k| raw[k]).collect(),
             channels: measured,
             raw_sd: sd.to_vec(),
+            shift: vec![],
             factors: Factors::from([
                 ("slip", slip),
                 ("speed", v.mean),

@@ -126,6 +126,7 @@ pub(crate) fn from_logs(
                     channels: measured.clone(),
                     values: measured.iter().map(|&k| raw[k]).collect(),
                     raw_sd: sd.to_vec(),
+                    shift: vec![],
                     factors: Factors::from([
                         ("slip", slip),
                         ("speed", 0.5 * (sides[0] + sides[1])),

@@ -152,6 +152,7 @@ pub(crate) fn from_logs(
             channels: present,
             values: r.values.clone(),
             raw_sd,
+            shift: vec![],
             factors,
         });
         rows.push(r);

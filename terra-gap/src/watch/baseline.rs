@@ -20,7 +20,7 @@ use crate::drive::{
 use crate::error::GapError;
 use crate::hypothesis::Hypothesis;
 use crate::mock::roughness_of;
-use crate::null::{drop_unanswered, refit};
+use crate::null::{Refit, drop_unanswered, refit};
 use crate::run::setup;
 use crate::settings::{LogKind, Settings};
 
@@ -145,16 +145,18 @@ pub(crate) fn learn(
             dropped.join(", ")
         )));
     }
-    let Some((fit, noise, _)) = refit(&mut data, &predictor, &setup, &null)? else {
+    let found = refit(&mut data, &predictor, &setup, &null)?;
+    let Some(found) = found.filter(|f| f.fitted.converged) else {
         return Ok(Err(
             "the soil's fit to the baseline did not converge".to_owned()
         ));
     };
-    if !fit.converged {
-        return Ok(Err(
-            "the soil's fit to the baseline did not converge".to_owned()
-        ));
-    }
+    let Refit {
+        fitted: fit,
+        noise,
+        predictor,
+        ..
+    } = found;
     let free = null.len();
     let x = fit.x.as_slice().to_vec();
     let roughness = roughness_of(&data, &predictor, &null, &x, &noise)?;
