@@ -57,7 +57,7 @@ pub(crate) fn calibrate<P: Predictor>(
             let (mut data, predictor) =
                 mock(data, measured, &h, x.as_slice(), &roughness, &mut rng).ok()?;
             let found = weigh_rivals(&mut data, &predictor, setup, settings, candidates);
-            let answers = Answers::new(&found.ok()?.ok()?.0, settings, setup.kind);
+            let answers = Answers::new(&found.ok()?.ok()?.0, settings, setup);
             Some(answers.evidence().case(&truth))
         })
         .collect();

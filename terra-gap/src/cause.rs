@@ -9,7 +9,7 @@ use crate::evidence::log_sum_exp;
 use crate::forms::FREE;
 use crate::rivals::Rivals;
 use crate::settings::{LogKind, Settings};
-use crate::setup::{ADEQUATE, LOOK_ALIKE, OTHER_SOIL};
+use crate::setup::{ADEQUATE, LOOK_ALIKE, OTHER_SOIL, Setup};
 use crate::weigh::Weighed;
 
 /// What kind of answer a cause is.
@@ -84,7 +84,8 @@ pub(crate) struct Answers {
 
 impl Answers {
     /// Gathers all rivals.
-    pub(crate) fn new(rivals: &Rivals, settings: &Settings, kind: LogKind) -> Self {
+    pub(crate) fn new(rivals: &Rivals, settings: &Settings, setup: &Setup<'_>) -> Self {
+        let kind = setup.kind;
         let null = &rivals.null_weighed;
         let mut causes = singles(rivals);
         let whole = |name: String, kind, w: &Weighed| Cause {
@@ -178,8 +179,19 @@ impl Answers {
             behind: None,
             misfits: false,
         };
-        weights.push(alone(none, 0.0));
-        weights.push(alone(unknown, rivals.log_unknown - null.log_evidence));
+        // What the nominal law explains by a smooth error of its form that is larger than usual is not nothing: something is
+        // missing. Against another simulator that error was learned from its log.
+        let usual = match setup.inherited {
+            None if kind == LogKind::Rig && unknown > 0.0 => null.usual.min(1.0),
+            _ => 1.0,
+        };
+        let known = rivals.log_unknown - null.log_evidence;
+        let bent = match usual < 1.0 {
+            true => (none / unknown).ln() + (1.0 - usual).ln(),
+            false => f64::NEG_INFINITY,
+        };
+        weights.push(alone(none, usual.ln()));
+        weights.push(alone(unknown, log_sum_exp([known, bent])));
         for w in &mut weights {
             // An explanation with no probability at all has no finite evidence.
             if !w.gain.is_finite() {

@@ -180,6 +180,7 @@ fn tangent_only(hypothesis: Hypothesis, null: &Weighed, score: &Score) -> Weighe
         hypothesis,
         amplitude: 0.0,
         log_evidence: posterior.log_evidence,
+        usual: 1.0,
         plain_log_evidence: posterior.log_evidence,
         posterior,
         plain: fit.clone(),

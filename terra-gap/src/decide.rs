@@ -98,7 +98,14 @@ pub(crate) fn decide(
             "ambiguous"
         };
         out.nearest = causes.iter().take(3).map(|c| c.name.clone()).collect();
-        out.reason = Some("no known effect explains the gap".to_owned());
+        out.reason = Some(if gated && null.usual < 0.5 {
+            format!(
+                "form unknown: a smooth error of the wheel law's form of about {:.0} % of the load explains the gap as well as any known effect",
+                100.0 * null.amplitude
+            )
+        } else {
+            "no known effect explains the gap".to_owned()
+        });
     } else if let Some(top) = named.first() {
         out.verdict = if ranking.set.len() == 1 {
             "named"

@@ -161,7 +161,7 @@ pub(crate) fn diagnose<P: Predictor>(
     )?;
     let n = data.len() as f64;
     let (null, fitted) = (&rivals.null, &rivals.fitted);
-    let answers = Answers::new(&rivals, settings, setup.kind);
+    let answers = Answers::new(&rivals, settings, setup);
     let evidence = answers.evidence();
     let mut ranking = answers.rank(&calibration);
     let mut decision = decide(&ranking, &rivals.null_weighed, setup.kind, &calibration);

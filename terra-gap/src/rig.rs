@@ -41,6 +41,14 @@ impl Output {
             Output::Sinkage => "m",
         }
     }
+    /// The ground's scatter from row to row, as a rover file may state it.
+    fn roughness(self) -> Option<&'static str> {
+        match self {
+            Output::DrawbarPull => Some("roughness_N"),
+            Output::Torque => Some("roughness_N_m"),
+            Output::Sinkage => None,
+        }
+    }
     fn of(self, row: &RigRow) -> Option<Measured> {
         match self {
             Output::DrawbarPull => row.drawbar_pull,

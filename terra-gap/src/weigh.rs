@@ -24,6 +24,9 @@ pub(crate) fn amplitudes(kind: LogKind) -> &'static [(f64, f64)] {
     }
 }
 
+/// Amplitude up to which a discrepancy is a wheel law's usual error beside noise; beyond it, something is missing.
+const USUAL: f64 = 0.01;
+
 /// Amplitudes that only the answer "unknown" may use.
 pub(crate) fn unknown_amplitudes(kind: LogKind) -> &'static [f64] {
     match kind {
@@ -80,6 +83,8 @@ pub struct Weighed {
     pub posterior: Posterior,
     /// That amplitude.
     pub amplitude: f64,
+    /// Share of the evidence at amplitudes of a wheel law's usual error.
+    pub usual: f64,
     /// ln Z over all amplitudes, up to a constant shared by all rivals.
     pub log_evidence: f64,
     /// Its fit against the noise alone: what its parameters and its adequacy are read from.
@@ -141,6 +146,7 @@ pub(crate) fn weigh_at<P: Predictor>(
     Ok(Weighed {
         hypothesis: hypothesis.clone(),
         amplitude: 0.0,
+        usual: 1.0,
         log_evidence: posterior.log_evidence,
         plain_log_evidence: posterior.log_evidence,
         posterior,
@@ -196,7 +202,7 @@ pub(crate) fn weigh<P: Predictor>(
     effort: Effort,
 ) -> Result<Weighed, GapError> {
     let mut best: Option<(f64, f64, Fit, Posterior)> = None;
-    let mut terms = vec![];
+    let (mut terms, mut usual) = (vec![], vec![]);
     let mut guess = guess;
     let (mut from, mut effort) = (starts.to_vec(), effort);
     if let (Effort::Contest, Some(thin)) = (effort, &amplitudes.thin)
@@ -224,6 +230,9 @@ pub(crate) fn weigh<P: Predictor>(
         let post = posterior(hypothesis, &fitted);
         let term = ln_weight + post.log_evidence;
         terms.push(term);
+        if *a <= USUAL {
+            usual.push(term);
+        }
         from = vec![fitted.x.as_slice().to_vec()];
         if best.as_ref().is_none_or(|b| term > b.0) {
             best = Some((term, *a, fitted, post));
@@ -239,12 +248,14 @@ pub(crate) fn weigh<P: Predictor>(
     };
     let fit = found;
     let plain_log_evidence = crate::evidence::posterior(hypothesis, &plain).log_evidence;
+    let log_evidence = log_sum_exp(terms);
     Ok(Weighed {
         hypothesis: hypothesis.clone(),
         fit,
         posterior,
         amplitude,
-        log_evidence: log_sum_exp(terms),
+        usual: (log_sum_exp(usual) - log_evidence).exp(),
+        log_evidence,
         plain,
         plain_log_evidence,
         fitted: true,

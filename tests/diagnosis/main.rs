@@ -7,6 +7,7 @@ mod measured;
 mod properties;
 mod rig;
 mod several;
+mod slip_noise;
 mod vehicle;
 mod watch;
 
@@ -15,7 +16,12 @@ use terra::gap::Diagnosis;
 
 /// A rig with the noise of a good testbed.
 fn rig() -> Rover {
-    parse_rover(
+    rig_with("")
+}
+
+/// The same with more of `[noise]`.
+fn rig_with(noise: &str) -> Rover {
+    let text = format!(
         r#"
         [wheel]
         radius_m = 0.254
@@ -29,10 +35,10 @@ fn rig() -> Rover {
         sinkage_m = 0.001
         slip = 0.005
         normal_load_N = 0.5
-        "#,
-        "rig.toml",
-    )
-    .unwrap()
+        {noise}
+        "#
+    );
+    parse_rover(&text, "rig.toml").unwrap()
 }
 
 /// Probability of one answer, 0 when it is not among the causes.

@@ -1,14 +1,14 @@
 //! Rig logs with one known cause, or none.
 
+use terra::data::{RigLog, Rover, parse_rover};
 use terra::gap::{Diagnosis, Settings, diagnose_rig};
 use terra::model::Registry;
 use terra::sim::{Scenario, simulate_rig};
 
-use crate::{probability, rig, total};
+use crate::{probability, rig, rig_with, total};
 
 /// Three loads, six slips, two repeats on dry sand, with an effect.
-fn diagnose(effect: &str, seed: u64) -> Diagnosis {
-    let (rover, registry) = (rig(), Registry::builtin());
+fn log(rover: &Rover, effect: &str, seed: u64) -> RigLog {
     let text = format!(
         r#"
         seed = {seed}
@@ -24,14 +24,22 @@ fn diagnose(effect: &str, seed: u64) -> Diagnosis {
         "#
     );
     let scenario = Scenario::parse(&text, "scenario.toml").unwrap();
-    let log = simulate_rig(&scenario, &rover, &registry).unwrap().log;
-    let (d, _) = diagnose_rig(&log, &rover, &registry, &Settings::of(&rover)).unwrap();
+    let simulated = simulate_rig(&scenario, rover, &Registry::builtin());
+    simulated.unwrap().log
+}
+
+fn diagnosed(rover: &Rover, log: &RigLog) -> Diagnosis {
+    let (d, _) = diagnose_rig(log, rover, &Registry::builtin(), &Settings::of(rover)).unwrap();
     assert!(
         (total(&d) - 1.0).abs() < 1e-9,
         "probabilities sum to {}",
         total(&d)
     );
     d
+}
+
+fn diagnose(effect: &str, seed: u64) -> Diagnosis {
+    diagnosed(&rig(), &log(&rig(), effect, seed))
 }
 
 fn with(name: &str, magnitude: f64) -> String {
@@ -49,6 +57,62 @@ fn nothing_missing_is_found_to_be_nothing() {
         );
         assert!(d.accepted_names.is_empty());
     }
+}
+
+/// A pull that grows with the cube of slip, by 5 N at a load of 50 N and of 90 N, has no name: a law of slightly another form
+/// and noise do not make it nothing.
+#[test]
+fn a_smooth_error_of_the_law_is_not_nothing() {
+    let rover = r#"
+        [wheel]
+        radius_m = 0.17
+        width_m = 0.12
+        [terrain]
+        model = "wong-reece"
+        start = "dry_sand"
+        [noise]
+        drawbar_pull_N = 0.4
+        torque_N_m = 0.08
+        sinkage_m = 0.0007
+        slip = 0.004
+        normal_load_N = 0.4
+        "#;
+    let rover = parse_rover(rover, "rig.toml").unwrap();
+    let text = r#"
+        seed = 5
+        rover = "rig.toml"
+        terrain = "dry_sand"
+        [[trial]]
+        slip = [0.03, 0.08, 0.12, 0.2, 0.3, 0.4, 0.5, 0.6]
+        normal_load_N = [50.0, 90.0]
+        repeats = 3
+        travel_speed_m_s = 0.06
+        condition = "smooth"
+        "#;
+    let scenario = Scenario::parse(text, "scenario.toml").unwrap();
+    let simulated = simulate_rig(&scenario, &rover, &Registry::builtin());
+    let mut log = simulated.unwrap().log;
+    assert_eq!(diagnosed(&rover, &log).verdict, "none");
+    for row in &mut log.rows {
+        let pull = row.drawbar_pull.as_mut().unwrap();
+        pull.value += 25.0 * row.slip.value.powi(3);
+    }
+    let d = diagnosed(&rover, &log);
+    assert!(d.probability_none < 0.1, "{}", d.probability_none);
+    assert_eq!(d.set.first().map(String::as_str), Some("unknown"));
+}
+
+/// Rows that scatter as the ground's stated roughness says misfit by noise alone.
+#[test]
+fn the_ground_s_roughness_is_noise() {
+    let rough = rig_with("roughness_N = 4.0\nroughness_N_m = 0.8\n");
+    let log = log(&rough, "", 6);
+    let d = diagnosed(&rough, &log);
+    let misfit = d.waterfall.refitted.unwrap();
+    assert_eq!(d.verdict, "none", "{:?}", d.set);
+    assert!((0.6..1.3).contains(&misfit), "{misfit}");
+    let ignored = diagnosed(&rig(), &log).waterfall.refitted.unwrap();
+    assert!(ignored > 3.0, "{ignored}");
 }
 
 /// Soil pushed ahead so strongly that the nominal law has no best soil: that says nothing against the cause.

@@ -283,6 +283,32 @@ mod tests {
         }
     }
 
+    /// Wheels of the right side 30 % faster than those of the left: without a yaw rate the travel of either side is not known.
+    /// Wheels that turn alike drive straight.
+    #[test]
+    fn a_turn_without_a_yaw_rate_is_left_out() {
+        let windows = |right: f64| {
+            let mut log = DriveLog::default();
+            let same = |v: f64| -> Series { std::iter::repeat_n(Some(v), 200).collect() };
+            log.time = (0..200).map(|k| 0.01 * f64::from(k)).collect();
+            let turns = |q: usize| if q.is_multiple_of(2) { 3.0 } else { right };
+            log.wheel_speed = std::array::from_fn(|q| same(turns(q)));
+            log.wheel_torque = Some(std::array::from_fn(|_| same(5.0)));
+            log.ground_speed = Some(same(0.7));
+            log.segments = vec![Segment {
+                name: "way".to_owned(),
+                rows: 0..200,
+            }];
+            let rover = parse_rover(ROVER, "rover.toml").unwrap();
+            all_windows(&log, &rover).unwrap().0
+        };
+        assert_eq!(windows(3.01).observations.len(), 9);
+        let turn = windows(3.9);
+        assert!(turn.observations.is_empty());
+        let why: Vec<&String> = turn.dropped.keys().collect();
+        assert!(why.iter().any(|w| w.contains("yaw_rate_rad_s")), "{why:?}");
+    }
+
     /// Pieces of seven rows, of a thousand, and the whole give the same windows.
     #[test]
     fn where_the_pieces_of_a_log_end_does_not_matter() {

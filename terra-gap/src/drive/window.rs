@@ -163,6 +163,17 @@ pub(crate) fn usual(scatters: &[[f64; SERIES]]) -> [f64; SERIES] {
     })
 }
 
+/// Share of the wheels' speed by which the two sides differ in a turn.
+const TURNING: f64 = 0.03;
+
+/// True where the wheels of one side turn faster than those of the other, by more than their noise and [`TURNING`] of `speed`.
+fn sides_differ(wheels: &[Line], speed: f64) -> bool {
+    let side = |k: usize| wheels.iter().skip(k).step_by(2);
+    let mean = |k: usize| 0.5 * side(k).map(|w| w.mean).sum::<f64>();
+    let variance: f64 = wheels.iter().map(|w| 0.25 * w.mean_sd * w.mean_sd).sum();
+    (mean(1) - mean(0)).abs() > TURNING * speed + 3.0 * variance.sqrt()
+}
+
 /// Makes windows one after the other.
 #[derive(Clone, Debug)]
 pub(crate) struct Reader {
@@ -265,6 +276,9 @@ impl Reader {
             return Err("window without all wheel speeds");
         }
         let yaw = log.yaw_rate.as_ref().and_then(|r| over(r, sd_of.yaw));
+        if yaw.is_none() && sides_differ(&wheels, v.mean.abs() / vehicle.wheel_radius) {
+            return Err("turning without yaw_rate_rad_s, which the travel of each side needs");
+        }
         // In a turn an inner wheel may stand while the vehicle moves.
         let turning = yaw.as_ref().map_or(0.0, |r| r.mean * 0.5 * vehicle.track);
         let travels = [v.mean - turning, v.mean + turning];
@@ -298,7 +312,7 @@ impl Reader {
         measured.push(SPEED_RATE);
         (raw[SPEED], sd[SPEED]) = (v.mean, v.mean_sd);
         scatter[5] = v.scatter;
-        // Without a yaw rate the vehicle is taken to drive straight; its yaw equation is then not used.
+        // Without a yaw rate the vehicle drives straight, as its wheels do; its yaw equation is then not used.
         if let Some(r) = yaw {
             (raw[YAW_ACCELERATION], sd[YAW_ACCELERATION]) = (r.slope, r.slope_sd);
             (raw[YAW_RATE], sd[YAW_RATE]) = (r.mean, r.mean_sd);

@@ -117,9 +117,12 @@ pub(crate) fn from_logs(
             if let Some(m) = output.of(row) {
                 r.outputs.push(*output);
                 r.values.push(m.value);
-                raw_sd.push(noise(output.name(), m.sd, &|row| {
-                    output.of(row).map(|m| m.value)
-                })?);
+                let sensor = noise(output.name(), m.sd, &|row| output.of(row).map(|m| m.value))?;
+                // A sensor's stated noise says nothing of the ground; what rows or repeats scatter by holds both.
+                let stated = m.sd.is_none() && rover.noise.get(output.name()).is_some();
+                let ground = output.roughness().filter(|_| stated);
+                let ground = ground.and_then(|key| rover.noise.get(key));
+                raw_sd.push(sensor.hypot(ground.unwrap_or(0.0)));
                 present.push(c);
             }
         }
