@@ -1,13 +1,13 @@
 //! Drive logs without torques: a kinematic diagnosis.
 //!
-//! Wheel speeds in, motion out. The nominal simulator is an ideal differential drive on ground with one longitudinal slip,
-//! which is re-fitted as a soil's parameters are where forces are logged. What the wheels push with is not asked, so an
+//! Wheel speeds in, motion out. The nominal simulator is an ideal differential drive on ground with one longitudinal slip
+//! and one compliance, which are re-fitted as a soil's parameters are where forces are logged. What the wheels push with is not asked, so an
 //! effect takes part only if it has a kinematic reading ([`effects`]).
 //!
 //! # Equation
-//! u_q = R ω_q (1 - i/κ_q), V_s = mean of a side's u_q;
+//! u_q = R ω_q (1 - i/κ_q), i = i_0 + c_t a/g, V_s = mean of a side's u_q;
 //! v = (V_r + V_l)/2 - drag, r = (V_r - V_l)/(χ t_w), v_y = x_cg r,
-//! with i the ground's slip, κ_q the stiffness of the ground under the wheel relative to nominal, χ the effective track
+//! with i the ground's slip, i_0 at constant speed and more while the wheels push the vehicle on at a = R ω', κ_q the stiffness of the ground under the wheel relative to nominal, χ the effective track
 //! over the geometric one, and x_cg the centre of mass ahead of the middle of the axles.
 //!
 //! # Reference
@@ -79,7 +79,8 @@ pub(crate) fn diagnose_logs(
         names.retain(|name| known.effect(name).is_ok());
     }
     let law = Law::new(Arc::new(UniformSlip), vec![])?;
-    let start = BTreeMap::from([(ground::SLIP.name.to_owned(), 0.0)]);
+    let start =
+        BTreeMap::from([ground::SLIP, ground::COMPLIANCE].map(|p| (p.name.to_owned(), 0.0)));
     let soil = FitSpace::new(
         &law,
         Centre::Values(&start),

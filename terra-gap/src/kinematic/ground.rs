@@ -1,8 +1,8 @@
-//! The ground of an ideal differential drive: every wheel slips by the same share.
+//! The ground of an ideal differential drive: every wheel slips by the same share, and by more the more it pushes.
 
 use terra_model::{Contact, Hook, ModelError, Param, Real, Scale, TerrainModel, WheelForces};
 
-/// The one free number: slip i of every wheel.
+/// Slip i of every wheel at constant speed.
 pub(crate) const SLIP: Param = Param {
     name: "slip",
     symbol: "i",
@@ -11,10 +11,22 @@ pub(crate) const SLIP: Param = Param {
     max: 0.95,
     scale: Scale::Linear,
     prior_sd: 0.1,
-    doc: "longitudinal slip 1 - v/(R ω), the same at every wheel",
+    doc: "longitudinal slip 1 - v/(R ω) at constant speed, the same at every wheel",
 };
 
-/// Ground on which every wheel advances by (1 - i) of its rim speed: the simulator without terramechanics.
+/// What slip an acceleration of 1 g would cost: below the traction limit, push is nearly proportional to slip.
+pub(crate) const COMPLIANCE: Param = Param {
+    name: "slip_per_acceleration",
+    symbol: "c_t",
+    unit: "1",
+    min: -0.5,
+    max: 2.0,
+    scale: Scale::Linear,
+    prior_sd: 0.3,
+    doc: "slip per forward acceleration, in g: the ground's compliance along the wheel",
+};
+
+/// Ground on which every wheel advances by (1 - i - c_t a/g) of its rim speed: the simulator without terramechanics.
 ///
 /// It has no forces. An effect acts on it through the vehicle, the sensors, or two entries of the contact that have a
 /// kinematic meaning: the radius, and the stiffness of the ground (a slip i under nominal ground is i/κ where the ground
@@ -28,8 +40,8 @@ pub struct UniformSlip;
 impl TerrainModel for UniformSlip {
     const NAME: &'static str = "ideal-differential-drive";
     const SUMMARY: &'static str =
-        "no forces: every wheel advances by the same share of its rim speed";
-    const PARAMS: &'static [Param] = &[SLIP];
+        "no forces: every wheel advances by the same share of its rim speed, less where it pushes";
+    const PARAMS: &'static [Param] = &[SLIP, COMPLIANCE];
     const REFERENCE: &'static str = "A. Mandow et al., IROS 2007, with χ = 1";
     const HOOKS: &'static [Hook] = &[Hook::Stiffness];
 

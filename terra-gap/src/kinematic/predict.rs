@@ -57,10 +57,9 @@ impl KinematicPredictor {
         p: &[T],
         vehicle: &Vehicle<T>,
         window: &Window,
+        slip: T,
         wheel: &[T],
     ) -> Sides<T> {
-        let (ground, _) = law.parts(p);
-        let slip = ground.first().copied().unwrap_or_else(T::zero);
         let load = vehicle.mass * (GRAVITY / 4.0);
         let mut side = [T::zero(); 2];
         for (q, w) in wheel.iter().enumerate() {
@@ -80,8 +79,25 @@ impl KinematicPredictor {
         Sides { left, right }
     }
 
+    /// Slip of every wheel under nominal ground: more where the wheels push the vehicle on, less where they hold it back.
+    fn slip<T: Scalar>(&self, law: &Law, p: &[T], raw: &[T]) -> T {
+        let (ground, _) = law.parts(p);
+        let of = |k: usize| ground.get(k).copied().unwrap_or_else(T::zero);
+        let sum = |from: usize| raw[from] + raw[from + 1] + raw[from + 2] + raw[from + 3];
+        let pushed = sum(WHEEL_RATE) * (0.25 * self.vehicle.wheel_radius / GRAVITY);
+        let zero = T::zero();
+        of(0) + of(1) * sum(WHEEL).select_lt(zero, -pushed, pushed)
+    }
+
     /// v, r, v_y, of the vehicle itself.
-    fn motion<T: Scalar>(&self, law: &Law, p: &[T], window: &Window, wheel: &[T]) -> [T; VALUES] {
+    fn motion<T: Scalar>(
+        &self,
+        law: &Law,
+        p: &[T],
+        window: &Window,
+        slip: T,
+        wheel: &[T],
+    ) -> [T; VALUES] {
         let mut vehicle: Vehicle<T> = lift(&self.vehicle);
         let mut drag = T::zero();
         for (effect, e) in law.parts(p).1 {
@@ -90,7 +106,7 @@ impl KinematicPredictor {
                 drag = e.first().copied().unwrap_or_else(T::zero) * RESISTANCE;
             }
         }
-        let Sides { left, right } = self.sides(law, p, &vehicle, window, wheel);
+        let Sides { left, right } = self.sides(law, p, &vehicle, window, slip, wheel);
         let (mean, difference) = ((left + right) * 0.5, right - left);
         let yaw = difference / vehicle.track;
         let ahead = vehicle.wheelbase * 0.5 - vehicle.cg_to_front_axle;
@@ -113,8 +129,9 @@ impl Predictor for KinematicPredictor {
     ) -> Result<Vec<T>, GapError> {
         let window = &self.windows[index];
         let p = &*of_log(law, p, self.soils, window.log);
-        let [speed, yaw, lateral] = self.motion(law, p, window, &raw[WHEEL..WHEEL_RATE]);
-        let [rate, ..] = self.motion(law, p, window, &raw[WHEEL_RATE..RAW]);
+        let slip = self.slip(law, p, raw);
+        let [speed, yaw, lateral] = self.motion(law, p, window, slip, &raw[WHEEL..WHEEL_RATE]);
+        let [rate, ..] = self.motion(law, p, window, slip, &raw[WHEEL_RATE..RAW]);
         let predicted = [
             sensor::report(law, p, Channel::GroundSpeed, speed, rate),
             sensor::report(law, p, Channel::YawRate, yaw, T::zero()),
