@@ -86,7 +86,9 @@ pub(crate) fn decide(
         || (best >= unknown && gain < calibration.null_gain && !(gated && null_chi2 > ADEQUATE))
     {
         // An effect that gains no more than the best of thirty does on logs without any is not there.
-        out.verdict = if ranking.set.len() == 1 || gain < calibration.null_gain {
+        let first = ranking.set.first().is_none_or(|a| a == "none");
+        let unheard = gain < calibration.null_gain;
+        out.verdict = if ranking.set.len() == 1 || (unheard && first) {
             "none"
         } else {
             "ambiguous"

@@ -75,6 +75,8 @@ pub struct Diagnosis {
     pub next: Vec<Experiment>,
     /// Soil directions the data do not determine.
     pub undetermined: Vec<String>,
+    /// What to look at before believing any of it.
+    pub heed: Vec<String>,
     /// What turned evidence into probabilities.
     pub calibration: Option<Calibration>,
     /// All answers before calibration.
@@ -115,6 +117,7 @@ impl Diagnosis {
             held_out: None,
             next: vec![],
             undetermined: vec![],
+            heed: vec![],
             calibration: None,
             evidence: Evidence::default(),
             baseline: None,
@@ -145,6 +148,18 @@ pub(crate) fn diagnose<P: Predictor>(
         setup.kind,
         settings,
     )?;
+    if settings.effects.as_ref().is_some_and(|e| !e.is_empty()) && candidates.effects.is_empty() {
+        let why: Vec<String> = candidates
+            .not_asked
+            .iter()
+            .map(|(name, why)| format!("{name} ({why})"))
+            .collect();
+        let reason = format!(
+            "none of the effects that were asked for can show in this log: {}; leave --effects out to ask all that can",
+            why.join(", ")
+        );
+        return Ok(Diagnosis::unidentifiable(data, setup, candidates, reason));
+    }
     let found = weigh_rivals(&mut data, measured, setup, settings, &candidates)?;
     let (rivals, predictor) = match found {
         Ok(found) => found,
@@ -192,6 +207,9 @@ pub(crate) fn diagnose<P: Predictor>(
     }
     let next = suggest(&data, predictor, &rivals.null_weighed, &ranking);
     let undetermined = undetermined(null, fitted);
+    let best = decision.accepted.as_ref();
+    let (h, f) = best.map_or((null, fitted), |(h, f)| (h, f));
+    let heed = heed(rivals.given / n, h, f);
     Ok(Diagnosis {
         kind: setup.kind,
         model: terra_model::ForceLaw::name(&setup.law),
@@ -218,12 +236,44 @@ pub(crate) fn diagnose<P: Predictor>(
         held_out: held,
         next,
         undetermined,
+        heed,
         calibration: Some(calibration),
         evidence,
         baseline: None,
         logs: None,
         data,
     })
+}
+
+/// Misfit per value from which units or signs are likelier wrong than the ground.
+const ABSURD: f64 = 1e4;
+/// Prior sd by which a fitted soil is another than the one that the rover file starts from.
+const FAR: f64 = 3.0;
+
+/// What to look at before believing a verdict.
+fn heed(given: f64, h: &Hypothesis, fit: &Fit) -> Vec<String> {
+    let mut out = vec![];
+    if given > ABSURD {
+        out.push(format!(
+            "a misfit of {given:.1e} per value is rarely the ground: look for wrong units and signs first (terra inspect LOG)"
+        ));
+    }
+    let names = h.soil.names();
+    let soil = fit.x.iter().take(h.soil_len()).enumerate();
+    let far: Vec<String> = soil
+        .filter(|(_, x)| x.abs() > FAR)
+        .map(|(k, x)| {
+            let side = if *x > 0.0 { "above" } else { "below" };
+            format!("{} {:.1} prior sd {side}", names[k], x.abs())
+        })
+        .collect();
+    if !far.is_empty() {
+        out.push(format!(
+            "the fitted soil is far from the rover file's: {}; start from another soil, or something is missing that this soil stands for",
+            far.join(", ")
+        ));
+    }
+    out
 }
 
 fn default_hold_out(data: &DataSet, kind: LogKind) -> HoldOut {

@@ -12,14 +12,12 @@ pub enum GapError {
     #[error("{0}")]
     Soil(String),
     /// No noise level for a channel that is used.
-    #[error(
-        "no noise level for '{channel}': add {channel} = ... to [noise], or a column '{sd_column}', or repeats of each trial"
-    )]
+    #[error("no noise level for '{channel}': add {channel} = ... to [noise] in the rover file{or}")]
     NoiseMissing {
         /// Channel.
         channel: String,
-        /// Column that would give it row by row.
-        sd_column: String,
+        /// What would do as well.
+        or: String,
     },
     /// The log and the rover file do not belong together.
     #[error("{0}")]

@@ -170,8 +170,21 @@ fn rig_logs(
     let labels = logs.labels();
     let (mut diagnosis, predictor) =
         with_baseline(read, sim, LogKind::Rig, labels, rover, registry, settings)?;
+    for (name, log) in logs.iter() {
+        diagnosis.heed.extend(contradictions(name, &log.warnings));
+    }
     diagnosis.logs = logs.joined();
     Ok((diagnosis, predictor))
+}
+
+/// What a log says against itself, by the first of its rows that do.
+fn contradictions(prefix: &str, warnings: &[String]) -> Option<String> {
+    let first = warnings.first()?;
+    let more = match warnings.len() {
+        1 => String::new(),
+        n => format!(" ({} rows more; terra inspect LOG lists all)", n - 1),
+    };
+    Some(format!("{prefix}{first}{more}"))
 }
 
 /// A drive in memory: its windows where some log has torques, else its motion alone.

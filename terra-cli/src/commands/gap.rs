@@ -141,6 +141,9 @@ pub(crate) fn summary(d: &Diagnosis) -> String {
                 .unwrap_or_default()
         ));
     }
+    for h in &d.heed {
+        out.push_str(&format!("heed: {h}\n"));
+    }
     if let Some(b) = &d.baseline {
         out.push_str(&format!(
             "baseline: the nominal simulator follows the simulator's log with chi2/n {} and a form error of {:.1} % of the load in pull\n",

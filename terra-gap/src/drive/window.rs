@@ -166,6 +166,10 @@ pub(crate) fn usual(scatters: &[[f64; SERIES]]) -> [f64; SERIES] {
 /// Share of the wheels' speed by which the two sides differ in a turn.
 const TURNING: f64 = 0.03;
 
+/// Share of the speed by which the travel of either side may differ where the wheels turn alike: grounds differ, and a turn dies
+/// away.
+const STRAIGHT: f64 = 0.01;
+
 /// True where the wheels of one side turn faster than those of the other, by more than their noise and [`TURNING`] of `speed`.
 fn sides_differ(wheels: &[Line], speed: f64) -> bool {
     let side = |k: usize| wheels.iter().skip(k).step_by(2);
@@ -216,7 +220,7 @@ impl Reader {
                 .get(name)
                 .ok_or_else(|| GapError::NoiseMissing {
                     channel: name.to_owned(),
-                    sd_column: format!("{name} (drive logs have no sd columns)"),
+                    or: String::new(),
                 })
         };
         self.sd.speed = noise("ground_speed_m_s")?;
@@ -318,6 +322,9 @@ impl Reader {
             (raw[YAW_RATE], sd[YAW_RATE]) = (r.mean, r.mean_sd);
             scatter[6] = r.scatter;
             measured.push(YAW_ACCELERATION);
+        }
+        if !measured.contains(&YAW_ACCELERATION) {
+            sd[YAW_RATE] = STRAIGHT * 2.0 * v.mean.abs() / vehicle.track;
         }
         for (q, w) in wheels.iter().enumerate() {
             (raw[WHEEL + q], sd[WHEEL + q]) = (w.mean, w.mean_sd);

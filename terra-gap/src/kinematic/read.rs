@@ -31,7 +31,7 @@ pub(crate) fn from_logs(
     let noise = |name: &str| {
         rover.noise.get(name).ok_or_else(|| GapError::NoiseMissing {
             channel: name.to_owned(),
-            sd_column: format!("{name} (drive logs have no sd columns)"),
+            or: String::new(),
         })
     };
     let wheel_sd = noise("wheel_speed_rad_s")?;

@@ -93,7 +93,10 @@ pub(crate) fn from_logs(
             .or_else(|| repeat_scatter(&used, logs.soils() > 1, of))
             .ok_or_else(|| GapError::NoiseMissing {
                 channel: name.to_owned(),
-                sd_column: sd_column(name),
+                or: format!(
+                    ", or a column '{}', or repeats of each trial",
+                    sd_column(name)
+                ),
             })
     };
 
@@ -201,7 +204,7 @@ fn sd_column(name: &str) -> String {
 fn speed_noise(row: &RigRow, rover: &Rover) -> Result<f64, GapError> {
     let missing = || GapError::NoiseMissing {
         channel: "slip".to_owned(),
-        sd_column: "slip_sd".to_owned(),
+        or: ", or a column 'slip_sd', or travel_speed_m_s and wheel_speed_rad_s to both".to_owned(),
     };
     let travel = rover.noise.get("travel_speed_m_s").ok_or_else(missing)?;
     let v = row.travel_speed.filter(|v| *v != 0.0).ok_or_else(missing)?;
