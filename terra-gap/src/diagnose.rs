@@ -210,6 +210,7 @@ pub(crate) fn diagnose<P: Predictor>(
     let best = decision.accepted.as_ref();
     let (h, f) = best.map_or((null, fitted), |(h, f)| (h, f));
     let heed = heed(rivals.given / n, h, f);
+    data.notes.extend(heed.iter().cloned());
     Ok(Diagnosis {
         kind: setup.kind,
         model: terra_model::ForceLaw::name(&setup.law),

@@ -93,3 +93,120 @@ fn step(
         .fold(0.0, f64::max);
     Some(step * (FARTHEST / farthest.max(FARTHEST)))
 }
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+    use std::sync::Arc;
+
+    use terra_mme::{Centre, FitSpace, Priors};
+    use terra_model::{Law, Scalar};
+
+    use super::*;
+    use crate::dataset::{ChannelInfo, Design, Factors, Observation};
+    use crate::fit::evaluate;
+    use crate::kinematic::UniformSlip;
+    use crate::soil_space::SoilSpace;
+
+    /// y = p_0 x through the origin, both read with noise.
+    #[derive(Clone)]
+    struct Line(Vec<[f64; 2]>);
+
+    impl Predictor for Line {
+        fn raw(&self, index: usize) -> Vec<f64> {
+            self.0[index].to_vec()
+        }
+        fn residual<T: Scalar>(
+            &self,
+            _law: &Law,
+            p: &[T],
+            _index: usize,
+            raw: &[T],
+        ) -> Result<Vec<T>, GapError> {
+            Ok(vec![raw[0] - p[0] * raw[1]])
+        }
+        fn value_positions(&self, _index: usize) -> Vec<usize> {
+            vec![0]
+        }
+        fn with_raw(&self, replaced: &[(usize, Vec<f64>)]) -> Self {
+            let mut out = self.clone();
+            for (k, raw) in replaced {
+                out.0[*k].copy_from_slice(raw);
+            }
+            out
+        }
+        fn designs(&self, _data: &DataSet) -> Vec<Design<Self>> {
+            vec![]
+        }
+    }
+
+    /// The slope found is Deming's, the root of a quadratic in the sums of squares (W. E. Deming, Statistical Adjustment of
+    /// Data, 1943); the one of inputs taken as read is a tenth less.
+    #[test]
+    fn a_line_through_noisy_points_is_deming_s() {
+        let (sd_y, sd_x) = (0.02, 0.05);
+        let read: Vec<[f64; 2]> = (0..40)
+            .map(|k| {
+                let k = f64::from(k);
+                let x = 0.005 * k;
+                [
+                    0.6 * x + sd_y * (1.3 * k).sin(),
+                    x + sd_x * (2.7 * k + 1.0).sin(),
+                ]
+            })
+            .collect();
+        let sum = |of: &dyn Fn(&[f64; 2]) -> f64| read.iter().map(of).sum::<f64>();
+        let (yy, xy, xx) = (
+            sum(&|r| r[0] * r[0]),
+            sum(&|r| r[0] * r[1]),
+            sum(&|r| r[1] * r[1]),
+        );
+        let ratio = (sd_y / sd_x) * (sd_y / sd_x);
+        let left = yy - ratio * xx;
+        let deming = (left + (left * left + 4.0 * ratio * xy * xy).sqrt()) / (2.0 * xy);
+        assert!(xy / xx < 0.92 * deming, "{} {deming}", xy / xx);
+
+        let law = Law::new(Arc::new(UniformSlip), vec![]).unwrap();
+        let start =
+            BTreeMap::from(["slip", "slip_per_acceleration"].map(|name| (name.to_owned(), 0.0)));
+        let space = FitSpace::new(&law, Centre::Values(&start), &[0.1], &Priors::default());
+        let soil = Arc::new(SoilSpace::new(space.unwrap(), &[]));
+        let hypothesis = Hypothesis::null(law, soil);
+        let observation = |index| Observation {
+            index,
+            group: String::new(),
+            condition: String::new(),
+            place: String::new(),
+            channels: vec![0],
+            values: vec![read[index][0]],
+            raw_sd: vec![sd_y, sd_x],
+            shift: vec![],
+            factors: Factors::new(),
+        };
+        let mut data = DataSet {
+            channels: vec![ChannelInfo {
+                name: "y".to_owned(),
+                unit: "1",
+                scale: 1.0,
+            }],
+            observations: (0..read.len()).map(observation).collect(),
+            dropped: BTreeMap::new(),
+            notes: vec![],
+            short_scatter: vec![],
+        };
+        let measured = Line(read.clone());
+        let mut now = measured.clone();
+        let mut x = vec![0.0; hypothesis.len()];
+        for _ in 0..30 {
+            let noise = NoiseModel::propagate(&data, &now, &hypothesis, &x).unwrap();
+            let whitener = noise.whitener(&data).unwrap();
+            let here = evaluate(&data, &now, &hypothesis, &x).unwrap();
+            let r = whitener.apply_vector(&here.residual);
+            let slope = whitener.apply(&here.jacobian).column(0).into_owned();
+            x[0] += slope.dot(&r) / slope.norm_squared();
+            now = recentre(&mut data, (&measured, &now), &hypothesis, &x, &noise).unwrap();
+        }
+        let found = hypothesis.parameters(&x)[0];
+        assert!((found - deming).abs() < 1e-6, "{found} {deming}");
+    }
+}
