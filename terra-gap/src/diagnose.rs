@@ -209,7 +209,9 @@ pub(crate) fn diagnose<P: Predictor>(
     let undetermined = undetermined(null, fitted);
     let best = decision.accepted.as_ref();
     let (h, f) = best.map_or((null, fitted), |(h, f)| (h, f));
-    let heed = heed(rivals.given / n, h, f);
+    // Against another simulator the soil starts from that one's.
+    let own_start = setup.inherited.is_none();
+    let heed = heed(rivals.given / n, own_start.then_some((h, f)));
     data.notes.extend(heed.iter().cloned());
     Ok(Diagnosis {
         kind: setup.kind,
@@ -252,13 +254,16 @@ const ABSURD: f64 = 1e4;
 const FAR: f64 = 3.0;
 
 /// What to look at before believing a verdict.
-fn heed(given: f64, h: &Hypothesis, fit: &Fit) -> Vec<String> {
+fn heed(given: f64, fitted: Option<(&Hypothesis, &Fit)>) -> Vec<String> {
     let mut out = vec![];
     if given > ABSURD {
         out.push(format!(
             "a misfit of {given:.1e} per value is rarely the ground: look for wrong units and signs first (terra inspect LOG)"
         ));
     }
+    let Some((h, fit)) = fitted else {
+        return out;
+    };
     let names = h.soil.names();
     let soil = fit.x.iter().take(h.soil_len()).enumerate();
     let far: Vec<String> = soil

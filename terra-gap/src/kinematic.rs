@@ -1,14 +1,15 @@
 //! Drive logs without torques: a kinematic diagnosis.
 //!
 //! Wheel speeds in, motion out. The nominal simulator is an ideal differential drive on ground with one longitudinal slip
-//! and one compliance, which are re-fitted as a soil's parameters are where forces are logged. What the wheels push with is not asked, so an
-//! effect takes part only if it has a kinematic reading ([`effects`]).
+//! and one compliance, which are re-fitted as a soil's parameters are where forces are logged. What the wheels push with is not
+//! asked, so an effect takes part only if it has a kinematic reading ([`effects`]).
 //!
 //! # Equation
 //! u_q = R ω_q (1 - i/κ_q), i = i_0 + c_t a/g, V_s = mean of a side's u_q;
 //! v = (V_r + V_l)/2 - drag, r = (V_r - V_l)/(χ t_w), v_y = x_cg r,
-//! with i the ground's slip, i_0 at constant speed and more while the wheels push the vehicle on at a = R ω', κ_q the stiffness of the ground under the wheel relative to nominal, χ the effective track
-//! over the geometric one, and x_cg the centre of mass ahead of the middle of the axles.
+//! with i the ground's slip, i_0 at constant speed and more while the wheels push the vehicle on at a = R ω', κ_q the
+//! stiffness of the ground under the wheel relative to nominal, χ the effective track over the geometric one, and x_cg the
+//! centre of mass ahead of the middle of the axles.
 //!
 //! # Reference
 //! J. L. Martínez, A. Mandow, J. Morales, S. Pedraza, A. García-Cerezo, Int. J. Robotics Research 24(10):867-878, 2005;

@@ -26,20 +26,36 @@ use crate::noise::NoiseModel;
 /// How far \[sd\] a raw quantity may be from what was read: beyond, it is the law that is wrong.
 const FARTHEST: f64 = 3.0;
 
+/// Inputs that were moved.
+pub(crate) struct Moved<P> {
+    /// Predicts there.
+    pub(crate) predictor: P,
+    /// What the tangent adds to each observation.
+    shifts: Vec<Vec<f64>>,
+}
+
+impl<P> Moved<P> {
+    /// Takes the data there.
+    pub(crate) fn take(self, data: &mut DataSet) -> P {
+        for (o, shift) in data.observations.iter_mut().zip(self.shifts) {
+            o.shift = shift;
+        }
+        self.predictor
+    }
+}
+
 /// Moves the inputs of all observations to where they most probably were under a fit, from what was `measured` and where they
-/// are `now`, and gives the predictor there; the data take what the tangent adds.
-///
-/// An observation that has no answer there stays as it was measured.
+/// are `now`. An observation that has no answer there stays as it was measured.
 ///
 /// # Errors
 /// Where the model has no answer at what was measured.
 pub(crate) fn recentre<P: Predictor>(
-    data: &mut DataSet,
+    data: &DataSet,
     (measured, now): (&P, &P),
     hypothesis: &Hypothesis,
     x: &[f64],
     noise: &NoiseModel,
-) -> Result<P, GapError> {
+) -> Result<Moved<P>, GapError> {
     let p = hypothesis.parameters(x);
     let p: Vec<Dual8> = p.into_iter().map(Dual8::from).collect();
     let at = |index: usize, raw: &[f64]| {
@@ -68,12 +84,13 @@ pub(crate) fn recentre<P: Predictor>(
             })
         })
         .collect::<Result<_, GapError>>()?;
-    let mut replaced = vec![];
-    for (o, (raw, shift)) in data.observations.iter_mut().zip(moved) {
-        o.shift = shift;
-        replaced.push((o.index, raw));
-    }
-    Ok(now.with_raw(&replaced))
+    let (raws, shifts): (Vec<_>, Vec<_>) = moved.into_iter().unzip();
+    let indices = data.observations.iter().map(|o| o.index);
+    let replaced: Vec<(usize, Vec<f64>)> = indices.zip(raws).collect();
+    Ok(Moved {
+        predictor: now.with_raw(&replaced),
+        shifts,
+    })
 }
 
 /// S D' C^-1 r, no component beyond [`FARTHEST`].
@@ -204,7 +221,8 @@ mod tests {
             let r = whitener.apply_vector(&here.residual);
             let slope = whitener.apply(&here.jacobian).column(0).into_owned();
             x[0] += slope.dot(&r) / slope.norm_squared();
-            now = recentre(&mut data, (&measured, &now), &hypothesis, &x, &noise).unwrap();
+            let moved = recentre(&data, (&measured, &now), &hypothesis, &x, &noise);
+            now = moved.unwrap().take(&mut data);
         }
         let found = hypothesis.parameters(&x)[0];
         assert!((found - deming).abs() < 1e-6, "{found} {deming}");

@@ -161,12 +161,11 @@ fn settle<P: Predictor>(
         }
         let before = fitted.x.clone();
         let x = before.as_slice();
-        let next = match recentre(data, (predictor, &now), null, x, &noise) {
-            Ok(next) => next,
+        now = match recentre(data, (predictor, &now), null, x, &noise) {
+            Ok(moved) => moved.take(data),
             Err(GapError::Model(_)) => break,
             Err(e) => return Err(e),
         };
-        now = next;
         noise = noise_by(data, &now, x)?;
         if setup.kind == LogKind::Drive {
             let r = residual(data, &now, null, x)?;

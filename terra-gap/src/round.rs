@@ -9,7 +9,7 @@ use crate::dataset::{DataSet, Predictor};
 use crate::error::GapError;
 use crate::fit::{Fit, residual};
 use crate::hypothesis::Hypothesis;
-use crate::latent::recentre;
+use crate::latent::{Moved, recentre};
 use crate::noise::{NoiseModel, Whitener};
 use crate::null::FAR;
 use crate::pairs::confirm_pairs;
@@ -56,6 +56,13 @@ pub(crate) struct Common<'a, 'b, P> {
     pub null: &'a Hypothesis,
 }
 
+impl<'a, 'b, P> Common<'a, 'b, P> {
+    /// The same with another predictor.
+    fn by(&self, predictor: &'a P) -> Common<'a, 'b, P> {
+        Common { predictor, ..*self }
+    }
+}
+
 /// Weighs the effects, renewing the noise of a drive as often as needed, from where the inputs are `centred` at the nominal fit.
 /// Gives the predictor of where they were at the last.
 ///
@@ -69,13 +76,7 @@ pub(crate) fn settle<P: Predictor>(
     centred: P,
 ) -> Result<(Round, P), GapError> {
     let mut now = centred;
-    fn by<'a, 'b, P>(now: &'a P, common: &Common<'a, 'b, P>) -> Common<'a, 'b, P> {
-        Common {
-            predictor: now,
-            ..*common
-        }
-    }
-    let mut round = Round::new(data, &by(&now, common), fitted, noise, "", None)?;
+    let mut round = Round::new(data, &common.by(&now), fitted, noise, "", None)?;
     for renewal in 1..=RENEWALS {
         let Some(better) = round.better(common.setup.kind) else {
             break;
@@ -83,7 +84,14 @@ pub(crate) fn settle<P: Predictor>(
         let (h, x) = (better.hypothesis.clone(), better.plain.x.clone());
         let x = x.as_slice();
         if better.plain.chi2() <= FAR * data.len() as f64 {
-            now = recentre(data, (common.predictor, &now), &h, x, &round.noise)?;
+            // Soil that only just carries the wheel has no slopes there, and the nominal fit may have no answer where the
+            // inputs are by another: then they stay where they are.
+            let moved = recentre(data, (common.predictor, &now), &h, x, &round.noise);
+            let start = fitted.x.as_slice();
+            let answered = |m: &Moved<P>| residual(data, &m.predictor, common.null, start).is_ok();
+            if let Some(moved) = moved.ok().filter(answered) {
+                now = moved.take(data);
+            }
         }
         let inherited = common.setup.inherited.as_ref();
         let mut noise = NoiseModel::propagate(data, &now, &h, x)?.with(data, &now, inherited)?;
@@ -92,7 +100,7 @@ pub(crate) fn settle<P: Predictor>(
         let last = renewal == RENEWALS;
         let at = h.effect_name();
         let previous = Some((&round, last));
-        round = Round::new(data, &by(&now, common), fitted, noise, &at, previous)?;
+        round = Round::new(data, &common.by(&now), fitted, noise, &at, previous)?;
     }
     Ok((round, now))
 }
