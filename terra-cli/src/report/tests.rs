@@ -316,7 +316,9 @@ fn a_found_effect_is_told_in_all_sections() {
         assert!(html.contains(&format!("<h3>{heading}</h3>")), "{heading}");
     }
     assert!(html.contains("One known effect explains the gap: slip-sinkage"));
-    assert!(html.contains("a &lt;note&gt;") && html.contains("not calibrated"));
+    assert!(html.contains("a &lt;note&gt;"));
+    let calibration = d.calibration.as_ref().unwrap();
+    assert!(calibration.cases > 0 && html.contains(&calibration.source));
     // The waterfall, three channels and two stresses, the before curve dashed and the after curve not.
     let figures = figures(&html);
     assert_eq!(figures.len(), 6);
