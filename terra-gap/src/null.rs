@@ -84,13 +84,14 @@ fn settle<P: Predictor>(
     setup: &Setup<'_>,
     null: &Hypothesis,
 ) -> Result<Refit<P>, GapError> {
+    // A fit before may have moved the inputs; this one begins at what was measured.
+    data.observations.iter_mut().for_each(|o| o.shift.clear());
     let centre = vec![0.0; null.len()];
     let inherited = setup.inherited.as_ref();
-    let noise_by = |data: &DataSet, predictor: &P, at: &[f64]| {
+    let noise_at = |data: &DataSet, predictor: &P, at: &[f64]| {
         NoiseModel::propagate(data, predictor, null, at)?.with(data, predictor, inherited)
     };
-    let noise_at = |data: &DataSet, at: &[f64]| noise_by(data, predictor, at);
-    let mut noise = noise_at(data, &centre)?;
+    let mut noise = noise_at(data, predictor, &centre)?;
     let given = noise
         .whitener(data)?
         .apply_vector(&residual(data, predictor, null, &centre)?)
@@ -111,33 +112,25 @@ fn settle<P: Predictor>(
             starts = vec![end.x.as_slice().to_vec()];
         }
     }
-    let fit = |data: &DataSet, noise: &NoiseModel, starts: &[Vec<f64>]| {
-        let whitener = noise.whitener(data)?;
-        fit_from(
-            data,
-            predictor,
-            null,
-            &whitener,
-            starts,
-            None,
-            again(setup.kind),
-        )
+    let fit = |data: &DataSet, predictor: &P, noise: &NoiseModel, starts: &[Vec<f64>]| {
+        let (whitener, effort) = (noise.whitener(data)?, again(setup.kind));
+        fit_from(data, predictor, null, &whitener, starts, None, effort)
     };
     // The noise at a soil, with the ground's roughness as a fit leaves it over.
-    let with_roughness = |data: &mut DataSet, at: &[f64], x: &[f64]| {
-        let mut noise = noise_at(data, at)?;
+    let with_roughness = |data: &mut DataSet, predictor: &P, at: &[f64], x: &[f64]| {
+        let mut noise = noise_at(data, predictor, at)?;
         if setup.kind == LogKind::Drive {
             let r = residual(data, predictor, null, x)?;
             roughness::add(&mut noise, data, setup.rover, &r);
         }
         Ok::<_, GapError>(noise)
     };
-    let mut fitted = fit(data, &noise, &starts)?;
+    let mut fitted = fit(data, predictor, &noise, &starts)?;
     let n = data.len() as f64;
     for _ in 0..2 {
         let x = fitted.x.as_slice().to_vec();
-        let own = with_roughness(data, &x, &x)
-            .and_then(|own| Ok((fit(data, &own, std::slice::from_ref(&x))?, own)));
+        let own = with_roughness(data, predictor, &x, &x)
+            .and_then(|own| Ok((fit(data, predictor, &own, std::slice::from_ref(&x))?, own)));
         let (with_own, own) = match own {
             Ok(own) => own,
             // Soil that only just carries the wheel has no slopes there: the noise stands as it is.
@@ -150,8 +143,8 @@ fn settle<P: Predictor>(
         if !far || (with_own.chi2() < NEAR * n && explains(&with_own) > explains(&fitted)) {
             (noise, fitted) = (own, with_own);
         } else {
-            noise = with_roughness(data, &centre, &x)?;
-            fitted = fit(data, &noise, &[x])?;
+            noise = with_roughness(data, predictor, &centre, &x)?;
+            fitted = fit(data, predictor, &noise, &[x])?;
         }
     }
     let mut now = predictor.clone();
@@ -166,14 +159,8 @@ fn settle<P: Predictor>(
             Err(GapError::Model(_)) => break,
             Err(e) => return Err(e),
         };
-        noise = noise_by(data, &now, x)?;
-        if setup.kind == LogKind::Drive {
-            let r = residual(data, &now, null, x)?;
-            roughness::add(&mut noise, data, setup.rover, &r);
-        }
-        let whitener = noise.whitener(data)?;
-        let (starts, effort) = ([x.to_vec()], again(setup.kind));
-        fitted = fit_from(data, &now, null, &whitener, &starts, None, effort)?;
+        noise = with_roughness(data, &now, x, x)?;
+        fitted = fit(data, &now, &noise, &[x.to_vec()])?;
         if (&fitted.x - before).amax() < STILL {
             break;
         }
