@@ -12,11 +12,12 @@ use rayon::prelude::*;
 use crate::calibration::{Calibration, Case};
 use crate::candidates::Candidates;
 use crate::cause::Answers;
-use crate::dataset::{DataSet, Predictor};
+use crate::dataset::DataSet;
 use crate::error::GapError;
 use crate::evidence::posterior;
 use crate::hypothesis::Hypothesis;
 use crate::mock::{mock, roughness_of};
+use crate::predictor::Predictor;
 use crate::rivals::{Rivals, weigh_rivals};
 use crate::settings::{LogKind, Settings};
 use crate::setup::Setup;
@@ -31,9 +32,9 @@ const MAGNITUDES: std::ops::Range<f64> = 0.3..2.0;
 ///
 /// # Errors
 /// Where the nominal model has no answer at its own fit.
-pub(crate) fn calibrate<P: Predictor>(
+pub(crate) fn calibrate(
     data: &DataSet,
-    (measured, predictor): (&P, &P),
+    (measured, predictor): (&dyn Predictor, &dyn Predictor),
     setup: &Setup<'_>,
     settings: &Settings,
     candidates: &Candidates,
@@ -56,7 +57,7 @@ pub(crate) fn calibrate<P: Predictor>(
             let (truth, h, x) = draw(rivals, candidates, run, settings.calibrate, &mut rng)?;
             let (mut data, predictor) =
                 mock(data, measured, &h, x.as_slice(), &roughness, &mut rng).ok()?;
-            let found = weigh_rivals(&mut data, &predictor, setup, settings, candidates);
+            let found = weigh_rivals(&mut data, &*predictor, setup, settings, candidates);
             let answers = Answers::new(&found.ok()?.ok()?.0, settings, setup);
             Some(answers.evidence().case(&truth))
         })

@@ -10,9 +10,10 @@ use terra_data::{DriveLog, RigLog, Rover};
 use terra_model::Registry;
 
 use crate::candidates::gate;
-use crate::dataset::{DataSet, Predictor};
+use crate::dataset::DataSet;
 use crate::error::GapError;
 use crate::holdout::{HoldOut, hold_out};
+use crate::predictor::Predictor;
 use crate::rivals::weigh_rivals;
 use crate::run::setup;
 use crate::settings::{LogKind, Settings};
@@ -35,6 +36,7 @@ pub fn closing_drive(
     let setup = setup(registry, rover, LogKind::Drive, &[])?;
     let noisy = drive::from_log(log, rover, Settings::WINDOWS)?;
     let clean = drive::all_windows(clean, rover)?;
+    let (noisy, clean) = ((noisy.0, &noisy.1 as _), (clean.0, &clean.1 as _));
     closing(noisy, clean, &setup, effects, by)
 }
 
@@ -53,12 +55,13 @@ pub fn closing_rig(
     let setup = setup(registry, rover, LogKind::Rig, &[])?;
     let noisy = rig::from_log(log, rover)?;
     let clean = rig::from_log(clean, rover)?;
+    let (noisy, clean) = ((noisy.0, &noisy.1 as _), (clean.0, &clean.1 as _));
     closing(noisy, clean, &setup, effects, by)
 }
 
-fn closing<P: Predictor>(
-    (mut noisy, predictor): (DataSet, P),
-    (clean, clean_predictor): (DataSet, P),
+fn closing(
+    (mut noisy, predictor): (DataSet, &dyn Predictor),
+    (clean, clean_predictor): (DataSet, &dyn Predictor),
     setup: &Setup<'_>,
     effects: &[String],
     by: HoldOut,
@@ -68,7 +71,7 @@ fn closing<P: Predictor>(
     settings.combine = effects.len().clamp(1, 2);
     let (law, rover) = (&setup.law, setup.rover);
     let candidates = gate(setup.registry, law, &noisy, rover, setup.kind, &settings)?;
-    let found = weigh_rivals(&mut noisy, &predictor, setup, &settings, &candidates)?;
+    let found = weigh_rivals(&mut noisy, predictor, setup, &settings, &candidates)?;
     let Ok((rivals, _)) = found else {
         return Ok(None);
     };
@@ -99,7 +102,7 @@ fn closing<P: Predictor>(
         .unzip();
     let held = hold_out(
         &clean.subset(&same),
-        &clean_predictor,
+        clean_predictor,
         &rivals.noise.subset(&kept),
         (&rivals.null, &rivals.fitted),
         (&best.hypothesis, &best.plain),

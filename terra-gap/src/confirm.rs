@@ -6,9 +6,10 @@ use nalgebra::DVector;
 use rayon::prelude::*;
 
 use crate::contenders::Contenders;
-use crate::dataset::{DataSet, Predictor};
+use crate::dataset::DataSet;
 use crate::evidence::posterior;
 use crate::hypothesis::Hypothesis;
+use crate::predictor::Predictor;
 use crate::renewal::Before;
 use crate::screen::{Score, within_reach};
 use crate::settings::LogKind;
@@ -34,9 +35,9 @@ const STRUCTURE_WITHIN: f64 = 5.0;
 type Single = (usize, Vec<Weighed>);
 
 /// Confirms singles by joint fits, under the nominal structure and (on a rig) under the best other ones.
-pub(crate) fn confirm_singles<P: Predictor>(
+pub(crate) fn confirm_singles(
     data: &DataSet,
-    predictor: &P,
+    predictor: &dyn Predictor,
     setup: &Setup<'_>,
     null: &Hypothesis,
     null_weighed: &Weighed,

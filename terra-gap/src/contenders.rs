@@ -1,7 +1,7 @@
 //! Which single effects are fitted, in which order, and where those begin that were found from elsewhere.
 
-use crate::dataset::Predictor;
 use crate::hypothesis::Hypothesis;
+use crate::predictor::Predictor;
 use crate::renewal::Before;
 use crate::scout::scout;
 use crate::settings::LogKind;
@@ -34,8 +34,8 @@ pub(crate) struct Contenders {
 
 impl Contenders {
     /// Chooses them by the screen, by who was there before, and far from the data by a look around.
-    pub(crate) fn choose<P: Predictor>(
-        predictor: &P,
+    pub(crate) fn choose(
+        predictor: &dyn Predictor,
         kind: LogKind,
         null: &Hypothesis,
         null_weighed: &Weighed,

@@ -21,12 +21,13 @@ use terra_model::{
     Contact, Effect, ForceLaw, Law, Param, Real, Registry, Scale, Soil, Touch, WheelForces,
 };
 
-use crate::dataset::{DataSet, Predictor};
+use crate::dataset::DataSet;
 use crate::error::GapError;
 use crate::evidence::posterior;
 use crate::hypothesis::Hypothesis;
 use crate::noise::Inherited;
 use crate::null::{drop_unanswered, refit};
+use crate::predictor::Predictor;
 use crate::settings::LogKind;
 use crate::setup::{OTHER_SOIL, Rival, Setup};
 use crate::soil::{free_soil, widths};
@@ -142,9 +143,9 @@ pub struct Baseline {
 ///
 /// # Errors
 /// A soil that the law cannot use; a fit to the simulator's log that does not converge.
-pub(crate) fn against<'a, P: Predictor>(
+pub(crate) fn against<'a>(
     mut data: DataSet,
-    predictor: &P,
+    predictor: &dyn Predictor,
     registry: &'a Registry,
     rover: &'a Rover,
     kind: LogKind,

@@ -3,10 +3,6 @@
 use std::collections::BTreeMap;
 
 use nalgebra::{DMatrix, DVector};
-use rayon::prelude::*;
-use terra_model::{Law, Scalar};
-
-use crate::error::GapError;
 
 /// One channel of the data.
 #[derive(Clone, Debug, PartialEq)]
@@ -44,49 +40,6 @@ pub struct Observation {
     pub(crate) shift: Vec<f64>,
     /// Regime.
     pub factors: Factors,
-}
-
-/// The residual of one observation as a function of the raw measurements, so that input noise can be propagated.
-pub(crate) trait Predictor: Clone + Sync + Send + Sized {
-    /// Number of raw quantities (values, then inputs) of an observation.
-    fn raw(&self, index: usize) -> Vec<f64>;
-
-    /// Residual `values - prediction` at raw measurements `raw` and parameters `p` of the law.
-    ///
-    /// # Errors
-    /// A typed error where the model has no answer.
-    fn residual<T: Scalar>(
-        &self,
-        law: &Law,
-        p: &[T],
-        index: usize,
-        raw: &[T],
-    ) -> Result<Vec<T>, GapError>;
-
-    /// Residuals of many observations at what was measured.
-    ///
-    /// # Errors
-    /// As [`residual`](Self::residual).
-    fn residuals(
-        &self,
-        law: &Law,
-        p: &[f64],
-        indices: &[usize],
-    ) -> Result<Vec<Vec<f64>>, GapError> {
-        let each = indices.par_iter();
-        each.map(|&i| self.residual(law, p, i, &self.raw(i)))
-            .collect()
-    }
-
-    /// Where the values of an observation stand in `raw`, in their order.
-    fn value_positions(&self, index: usize) -> Vec<usize>;
-
-    /// The same with other raw quantities for some observations.
-    #[must_use]
-    fn with_raw(&self, replaced: &[(usize, Vec<f64>)]) -> Self;
-
-    /// Experiments that could be made with this vehicle or rig, as variations of the data at hand.
-    fn designs(&self, data: &DataSet) -> Vec<Design<Self>>;
 }
 
 /// Everything measured, with its channels.
@@ -151,14 +104,4 @@ pub(crate) struct Stacked {
     pub residual: DVector<f64>,
     /// d prediction / d fit vector (n x d).
     pub jacobian: DMatrix<f64>,
-}
-
-/// One design: what to do, and the data set it would give with the predictor of its rows.
-pub(crate) struct Design<P> {
-    /// In words.
-    pub manoeuvre: String,
-    /// Its observations; measured values are not used.
-    pub data: DataSet,
-    /// Their predictor.
-    pub predictor: P,
 }

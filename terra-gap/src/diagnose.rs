@@ -5,7 +5,7 @@ use crate::calibration::{Calibration, Evidence};
 use crate::candidates::{Candidates, gate};
 use crate::cause::{Answers, Cause};
 use crate::contrast::Baseline;
-use crate::dataset::{DataSet, Predictor};
+use crate::dataset::DataSet;
 use crate::decide::decide;
 use crate::error::GapError;
 use crate::fit::{Fit, residual};
@@ -14,6 +14,7 @@ use crate::hypothesis::Hypothesis;
 use crate::locate::{Place, places};
 use crate::logs::JoinedLogs;
 use crate::next::{Experiment, suggest};
+use crate::predictor::Predictor;
 use crate::rivals::weigh_rivals;
 use crate::settings::{LogKind, Settings};
 use crate::setup::{Screened, Setup};
@@ -134,9 +135,9 @@ const HALF: f64 = 0.5;
 ///
 /// # Errors
 /// An option or a configuration that makes no sense. What the data cannot tell is a verdict.
-pub(crate) fn diagnose<P: Predictor>(
+pub(crate) fn diagnose(
     mut data: DataSet,
-    measured: &P,
+    measured: &dyn Predictor,
     setup: &Setup<'_>,
     settings: &Settings,
 ) -> Result<Diagnosis, GapError> {
@@ -165,7 +166,7 @@ pub(crate) fn diagnose<P: Predictor>(
         Ok(found) => found,
         Err(reason) => return Ok(Diagnosis::unidentifiable(data, setup, candidates, reason)),
     };
-    let predictor = &predictor;
+    let predictor = &*predictor;
     let calibration = calibrate(
         &data,
         (measured, predictor),

@@ -25,13 +25,16 @@ pub(crate) use window::{
     BENT, Line, Reader, SERIES, Taken, bends, channels, line, short_scatter, usual,
 };
 
+use std::sync::Arc;
+
 use terra_model::{
     BodyLoads, Channel, Contact, Law, ModelError, Motion, Root, Scalar, Vehicle, library_slip,
 };
 
-use crate::dataset::{DataSet, Design, Predictor};
+use crate::dataset::DataSet;
 use crate::error::GapError;
 use crate::logs::of_log;
+use crate::predictor::{Design, Predict};
 use crate::sensor;
 
 /// g \[m/s²\].
@@ -263,7 +266,7 @@ impl DrivePredictor {
     }
 }
 
-impl Predictor for DrivePredictor {
+impl Predict for DrivePredictor {
     fn raw(&self, index: usize) -> Vec<f64> {
         self.windows[index].raw.to_vec()
     }
@@ -307,7 +310,7 @@ impl Predictor for DrivePredictor {
         out
     }
 
-    fn designs(&self, data: &DataSet) -> Vec<Design<Self>> {
+    fn designs(&self, data: &DataSet) -> Vec<Design> {
         let vehicle = self.vehicle;
         let mut designs = vec![];
         let mut vary = |manoeuvre: &str, change: &dyn Fn(usize, &mut Window)| {
@@ -320,7 +323,7 @@ impl Predictor for DrivePredictor {
             designs.push(Design {
                 manoeuvre: manoeuvre.to_owned(),
                 data: data.clone(),
-                predictor,
+                predictor: Arc::new(predictor),
             });
         };
         let motion = [SPEED, YAW_RATE, WHEEL, WHEEL + 1, WHEEL + 2, WHEEL + 3];

@@ -4,12 +4,13 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use terra_model::{Dual8, Dual16, jacobian, wide_jacobian};
 
-use crate::dataset::{DataSet, Observation, Predictor, Stacked};
+use crate::dataset::{DataSet, Observation, Stacked};
 pub(crate) use crate::descent::Effort;
 use crate::descent::{End, Residuals, descend};
 use crate::error::GapError;
 use crate::hypothesis::Hypothesis;
 use crate::noise::Whitener;
+use crate::predictor::Predictor;
 
 /// A fitted hypothesis.
 #[derive(Clone, Debug)]
@@ -43,9 +44,9 @@ impl Fit {
 ///
 /// # Errors
 /// Where the model has no answer.
-pub(crate) fn evaluate<P: Predictor>(
+pub(crate) fn evaluate(
     data: &DataSet,
-    predictor: &P,
+    predictor: &dyn Predictor,
     hypothesis: &Hypothesis,
     x: &[f64],
 ) -> Result<Stacked, GapError> {
@@ -56,9 +57,9 @@ pub(crate) fn evaluate<P: Predictor>(
 ///
 /// # Errors
 /// Where the model has no answer.
-pub(crate) fn evaluate_from<P: Predictor>(
+pub(crate) fn evaluate_from(
     data: &DataSet,
-    predictor: &P,
+    predictor: &dyn Predictor,
     hypothesis: &Hypothesis,
     x: &[f64],
     first: usize,
@@ -74,13 +75,13 @@ pub(crate) fn evaluate_from<P: Predictor>(
                 let raw: Vec<Dual8> = raw.into_iter().map(Dual8::from).collect();
                 jacobian(free, |free| {
                     let p = hypothesis.parameters(&beside(held, free));
-                    predictor.residual(&hypothesis.law, &p, i, &raw)
+                    predictor.residual8(&hypothesis.law, &p, i, &raw)
                 })
             } else {
                 let raw: Vec<Dual16> = raw.into_iter().map(Dual16::from).collect();
                 wide_jacobian(free, |free| {
                     let p = hypothesis.parameters(&beside(held, free));
-                    predictor.residual(&hypothesis.law, &p, i, &raw)
+                    predictor.residual16(&hypothesis.law, &p, i, &raw)
                 })
             }
         })
@@ -123,9 +124,9 @@ fn beside<T: From<f64> + Copy>(held: &[f64], free: &[T]) -> Vec<T> {
 ///
 /// # Errors
 /// Where the model has no answer.
-pub(crate) fn residual<P: Predictor>(
+pub(crate) fn residual(
     data: &DataSet,
-    predictor: &P,
+    predictor: &dyn Predictor,
     hypothesis: &Hypothesis,
     x: &[f64],
 ) -> Result<DVector<f64>, GapError> {
@@ -139,14 +140,14 @@ pub(crate) fn residual<P: Predictor>(
 }
 
 /// A hypothesis against data, whitened.
-struct Whitened<'a, P> {
+struct Whitened<'a> {
     data: &'a DataSet,
-    predictor: &'a P,
+    predictor: &'a dyn Predictor,
     hypothesis: &'a Hypothesis,
     whitener: &'a Whitener,
 }
 
-impl<P: Predictor> Residuals for Whitened<'_, P> {
+impl Residuals for Whitened<'_> {
     fn value(&self, x: &DVector<f64>) -> Result<DVector<f64>, GapError> {
         let raw = residual(self.data, self.predictor, self.hypothesis, x.as_slice())?;
         Ok(self.whitener.apply_vector(&raw))
@@ -165,9 +166,9 @@ impl<P: Predictor> Residuals for Whitened<'_, P> {
 ///
 /// # Errors
 /// When the model has no answer at the start; steps into such places are only refused.
-pub(crate) fn fit_near<P: Predictor>(
+pub(crate) fn fit_near(
     data: &DataSet,
-    predictor: &P,
+    predictor: &dyn Predictor,
     hypothesis: &Hypothesis,
     whitener: &Whitener,
     start: &[f64],
@@ -209,9 +210,9 @@ pub(crate) fn fit_near<P: Predictor>(
 ///
 /// # Errors
 /// The last error when none can.
-pub(crate) fn fit_from<P: Predictor>(
+pub(crate) fn fit_from(
     data: &DataSet,
-    predictor: &P,
+    predictor: &dyn Predictor,
     hypothesis: &Hypothesis,
     whitener: &Whitener,
     starts: &[Vec<f64>],

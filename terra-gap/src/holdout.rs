@@ -15,11 +15,12 @@ use rayon::prelude::*;
 use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-use crate::dataset::{DataSet, Predictor};
+use crate::dataset::DataSet;
 use crate::error::GapError;
 use crate::fit::{Effort, Fit, fit_near, residual};
 use crate::hypothesis::Hypothesis;
 use crate::noise::NoiseModel;
+use crate::predictor::Predictor;
 
 /// What one group is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -181,9 +182,9 @@ pub(crate) fn noise_floor(accepted: &Fit) -> f64 {
 ///
 /// # Errors
 /// A covariance that is not positive definite.
-pub(crate) fn hold_out<P: Predictor>(
+pub(crate) fn hold_out(
     data: &DataSet,
-    predictor: &P,
+    predictor: &dyn Predictor,
     noise: &NoiseModel,
     null: (&Hypothesis, &Fit),
     better: (&Hypothesis, &Fit),

@@ -18,25 +18,26 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 use rayon::prelude::*;
 use terra_model::{Dual8, jacobian};
 
-use crate::dataset::{DataSet, Predictor};
+use crate::dataset::DataSet;
 use crate::error::GapError;
 use crate::hypothesis::Hypothesis;
 use crate::noise::NoiseModel;
+use crate::predictor::{AnyPredictor, Predictor};
 
 /// How far \[sd\] a raw quantity may be from what was read: beyond, it is the law that is wrong.
 const FARTHEST: f64 = 3.0;
 
 /// Inputs that were moved.
-pub(crate) struct Moved<P> {
+pub(crate) struct Moved {
     /// Predicts there.
-    pub(crate) predictor: P,
+    pub(crate) predictor: AnyPredictor,
     /// What the tangent adds to each observation.
     shifts: Vec<Vec<f64>>,
 }
 
-impl<P> Moved<P> {
+impl Moved {
     /// Takes the data there.
-    pub(crate) fn take(self, data: &mut DataSet) -> P {
+    pub(crate) fn take(self, data: &mut DataSet) -> AnyPredictor {
         for (o, shift) in data.observations.iter_mut().zip(self.shifts) {
             o.shift = shift;
         }
@@ -49,17 +50,17 @@ impl<P> Moved<P> {
 ///
 /// # Errors
 /// Where the model has no answer at what was measured.
-pub(crate) fn recentre<P: Predictor>(
+pub(crate) fn recentre(
     data: &DataSet,
-    (measured, now): (&P, &P),
+    (measured, now): (&dyn Predictor, &dyn Predictor),
     hypothesis: &Hypothesis,
     x: &[f64],
     noise: &NoiseModel,
-) -> Result<Moved<P>, GapError> {
+) -> Result<Moved, GapError> {
     let p = hypothesis.parameters(x);
     let p: Vec<Dual8> = p.into_iter().map(Dual8::from).collect();
     let at = |index: usize, raw: &[f64]| {
-        let (g, d) = jacobian(raw, |raw| now.residual(&hypothesis.law, &p, index, raw))?;
+        let (g, d) = jacobian(raw, |raw| now.residual8(&hypothesis.law, &p, index, raw))?;
         Ok::<_, GapError>((DVector::from_vec(g), d))
     };
     let moved: Vec<(Vec<f64>, Vec<f64>)> = data
@@ -120,16 +121,17 @@ mod tests {
     use terra_model::{Law, Scalar};
 
     use super::*;
-    use crate::dataset::{ChannelInfo, Design, Factors, Observation};
+    use crate::dataset::{ChannelInfo, Factors, Observation};
     use crate::fit::evaluate;
     use crate::kinematic::UniformSlip;
+    use crate::predictor::{Design, Predict};
     use crate::soil_space::SoilSpace;
 
     /// y = p_0 x through the origin, both read with noise.
     #[derive(Clone)]
     struct Line(Vec<[f64; 2]>);
 
-    impl Predictor for Line {
+    impl Predict for Line {
         fn raw(&self, index: usize) -> Vec<f64> {
             self.0[index].to_vec()
         }
@@ -152,7 +154,7 @@ mod tests {
             }
             out
         }
-        fn designs(&self, _data: &DataSet) -> Vec<Design<Self>> {
+        fn designs(&self, _data: &DataSet) -> Vec<Design> {
             vec![]
         }
     }
@@ -212,16 +214,16 @@ mod tests {
             short_scatter: vec![],
         };
         let measured = Line(read.clone());
-        let mut now = measured.clone();
+        let mut now = Predictor::with_raw(&measured, &[]);
         let mut x = vec![0.0; hypothesis.len()];
         for _ in 0..30 {
-            let noise = NoiseModel::propagate(&data, &now, &hypothesis, &x).unwrap();
+            let noise = NoiseModel::propagate(&data, &*now, &hypothesis, &x).unwrap();
             let whitener = noise.whitener(&data).unwrap();
-            let here = evaluate(&data, &now, &hypothesis, &x).unwrap();
+            let here = evaluate(&data, &*now, &hypothesis, &x).unwrap();
             let r = whitener.apply_vector(&here.residual);
             let slope = whitener.apply(&here.jacobian).column(0).into_owned();
             x[0] += slope.dot(&r) / slope.norm_squared();
-            let moved = recentre(&data, (&measured, &now), &hypothesis, &x, &noise);
+            let moved = recentre(&data, (&measured, &*now), &hypothesis, &x, &noise);
             now = moved.unwrap().take(&mut data);
         }
         let found = hypothesis.parameters(&x)[0];

@@ -7,10 +7,11 @@ use nalgebra::DMatrix;
 use rand::Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-use crate::dataset::{DataSet, Predictor};
+use crate::dataset::DataSet;
 use crate::error::GapError;
 use crate::hypothesis::Hypothesis;
 use crate::noise::NoiseModel;
+use crate::predictor::{AnyPredictor, Predictor};
 
 /// Rounds in which values settle that are inputs too (the rate of speed shifts load between the axles).
 const ROUNDS: usize = 6;
@@ -20,14 +21,14 @@ const ROUNDS: usize = 6;
 ///
 /// # Errors
 /// Where the model has no answer.
-pub(crate) fn mock<P: Predictor>(
+pub(crate) fn mock(
     data: &DataSet,
-    predictor: &P,
+    predictor: &dyn Predictor,
     hypothesis: &Hypothesis,
     x: &[f64],
     roughness: &[f64],
     rng: &mut impl Rng,
-) -> Result<(DataSet, P), GapError> {
+) -> Result<(DataSet, AnyPredictor), GapError> {
     let p = hypothesis.parameters(x);
     let mut data = data.clone();
     let mut replaced = vec![];
@@ -59,9 +60,9 @@ pub(crate) fn mock<P: Predictor>(
 ///
 /// # Errors
 /// Where the model has no answer.
-pub(crate) fn roughness_of<P: Predictor>(
+pub(crate) fn roughness_of(
     data: &DataSet,
-    predictor: &P,
+    predictor: &dyn Predictor,
     hypothesis: &Hypothesis,
     x: &[f64],
     noise: &NoiseModel,

@@ -9,9 +9,10 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::cause::Ranking;
-use crate::dataset::{DataSet, Design, Predictor};
+use crate::dataset::DataSet;
 use crate::fit::evaluate;
 use crate::noise::NoiseModel;
+use crate::predictor::{Design, Predictor};
 use crate::weigh::Weighed;
 
 /// One suggestion.
@@ -41,9 +42,9 @@ struct Forecast {
 }
 
 /// Ranks the designs that the predictor can imagine for this log.
-pub(crate) fn suggest<P: Predictor>(
+pub(crate) fn suggest(
     data: &DataSet,
-    predictor: &P,
+    predictor: &dyn Predictor,
     null: &Weighed,
     ranking: &Ranking,
 ) -> Vec<Experiment> {
@@ -102,23 +103,20 @@ pub(crate) fn suggest<P: Predictor>(
 }
 
 /// The noise is that of the first rival: rivals differ in their means, hardly in how inputs reach them.
-fn forecasts<P: Predictor>(
-    design: &Design<P>,
-    rivals: &[(String, f64, &Weighed)],
-) -> Option<Vec<Forecast>> {
+fn forecasts(design: &Design, rivals: &[(String, f64, &Weighed)]) -> Option<Vec<Forecast>> {
     let total = design.data.observations.len();
     let kept = total.min(WINDOWS);
     let keep: Vec<usize> = (0..kept).map(|k| k * total / kept).collect();
     let data = design.data.subset(&keep);
     let (_, _, first) = rivals.first()?;
     let x = first.fit.x.as_slice();
-    let noise = NoiseModel::propagate(&data, &design.predictor, &first.hypothesis, x).ok()?;
+    let noise = NoiseModel::propagate(&data, &*design.predictor, &first.hypothesis, x).ok()?;
     let whitener = noise.whitener(&data).ok()?;
     rivals
         .iter()
         .map(|(_, _, rival)| {
             let x = rival.fit.x.as_slice();
-            let s = evaluate(&data, &design.predictor, &rival.hypothesis, x).ok()?;
+            let s = evaluate(&data, &*design.predictor, &rival.hypothesis, x).ok()?;
             let root = rival.posterior.covariance.clone().cholesky()?.unpack();
             // The measured values are common to all rivals, so the residual's sign and offset do not matter.
             Some(Forecast {

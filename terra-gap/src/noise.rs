@@ -10,10 +10,11 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use rayon::prelude::*;
 use terra_model::{Dual8, jacobian};
 
-use crate::dataset::{DataSet, Predictor};
+use crate::dataset::DataSet;
 use crate::error::GapError;
 use crate::fit::evaluate;
 use crate::hypothesis::Hypothesis;
+use crate::predictor::Predictor;
 
 /// Length of the discrepancy in slip.
 pub(crate) const DISCREPANCY_LENGTH: f64 = 0.25;
@@ -44,9 +45,9 @@ impl NoiseModel {
     ///
     /// # Errors
     /// Where the model has no answer.
-    pub(crate) fn propagate<P: Predictor>(
+    pub(crate) fn propagate(
         data: &DataSet,
-        predictor: &P,
+        predictor: &dyn Predictor,
         hypothesis: &Hypothesis,
         x: &[f64],
     ) -> Result<Self, GapError> {
@@ -61,7 +62,7 @@ impl NoiseModel {
                 let o = &data.observations[i];
                 let raw = predictor.raw(o.index);
                 let (_, d) = jacobian(&raw, |raw| {
-                    predictor.residual(&hypothesis.law, &p, o.index, raw)
+                    predictor.residual8(&hypothesis.law, &p, o.index, raw)
                 })?;
                 let variances =
                     DVector::from_iterator(raw.len(), o.raw_sd.iter().map(|sd| sd * sd));
@@ -78,10 +79,10 @@ impl NoiseModel {
     ///
     /// # Errors
     /// Where the model has no answer.
-    pub(crate) fn with<P: Predictor>(
+    pub(crate) fn with(
         mut self,
         data: &DataSet,
-        predictor: &P,
+        predictor: &dyn Predictor,
         inherited: Option<&Inherited>,
     ) -> Result<Self, GapError> {
         if let Some(i) = inherited {

@@ -2,12 +2,13 @@
 
 use rayon::prelude::*;
 
-use crate::dataset::{DataSet, Predictor};
+use crate::dataset::DataSet;
 use crate::error::GapError;
 use crate::fit::{Fit, fit_from, residual};
 use crate::hypothesis::Hypothesis;
 use crate::latent::recentre;
 use crate::noise::NoiseModel;
+use crate::predictor::{AnyPredictor, Predictor};
 use crate::roughness;
 use crate::settings::LogKind;
 use crate::setup::Setup;
@@ -24,7 +25,7 @@ const CENTRINGS: usize = 6;
 const STILL: f64 = 0.02;
 
 /// The nominal model re-fitted.
-pub(crate) struct Refit<P> {
+pub(crate) struct Refit {
     /// Its fit against the noise alone.
     pub(crate) fitted: Fit,
     /// That noise.
@@ -32,7 +33,7 @@ pub(crate) struct Refit<P> {
     /// Whitened misfit of the model as given.
     pub(crate) given: f64,
     /// Predicts where the inputs most probably were.
-    pub(crate) predictor: P,
+    pub(crate) predictor: AnyPredictor,
 }
 
 /// Re-fits the nominal model; `None` when motion alone cannot be fitted.
@@ -42,12 +43,12 @@ pub(crate) struct Refit<P> {
 ///
 /// # Errors
 /// Where the model has no answer at the prior centre.
-pub(crate) fn refit<P: Predictor>(
+pub(crate) fn refit(
     data: &mut DataSet,
-    predictor: &P,
+    predictor: &dyn Predictor,
     setup: &Setup<'_>,
     null: &Hypothesis,
-) -> Result<Option<Refit<P>>, GapError> {
+) -> Result<Option<Refit>, GapError> {
     let found = settle(data, predictor, setup, null)?;
     if found.fitted.converged {
         return Ok(Some(found));
@@ -78,17 +79,17 @@ pub(crate) fn refit<P: Predictor>(
 
 /// The noise depends on the slopes of the model, the model on the noise: two rounds settle it. Where a drive's re-fit stays far
 /// from the data its slopes are not the truth's either, and those of the prior centre stand until there is an explanation.
-fn settle<P: Predictor>(
+fn settle(
     data: &mut DataSet,
-    predictor: &P,
+    predictor: &dyn Predictor,
     setup: &Setup<'_>,
     null: &Hypothesis,
-) -> Result<Refit<P>, GapError> {
+) -> Result<Refit, GapError> {
     // A fit before may have moved the inputs; this one begins at what was measured.
     data.observations.iter_mut().for_each(|o| o.shift.clear());
     let centre = vec![0.0; null.len()];
     let inherited = setup.inherited.as_ref();
-    let noise_at = |data: &DataSet, predictor: &P, at: &[f64]| {
+    let noise_at = |data: &DataSet, predictor: &dyn Predictor, at: &[f64]| {
         NoiseModel::propagate(data, predictor, null, at)?.with(data, predictor, inherited)
     };
     let mut noise = noise_at(data, predictor, &centre)?;
@@ -112,12 +113,13 @@ fn settle<P: Predictor>(
             starts = vec![end.x.as_slice().to_vec()];
         }
     }
-    let fit = |data: &DataSet, predictor: &P, noise: &NoiseModel, starts: &[Vec<f64>]| {
-        let (whitener, effort) = (noise.whitener(data)?, again(setup.kind));
-        fit_from(data, predictor, null, &whitener, starts, None, effort)
-    };
+    let fit =
+        |data: &DataSet, predictor: &dyn Predictor, noise: &NoiseModel, starts: &[Vec<f64>]| {
+            let (whitener, effort) = (noise.whitener(data)?, again(setup.kind));
+            fit_from(data, predictor, null, &whitener, starts, None, effort)
+        };
     // The noise at a soil, with the ground's roughness as a fit leaves it over.
-    let with_roughness = |data: &mut DataSet, predictor: &P, at: &[f64], x: &[f64]| {
+    let with_roughness = |data: &mut DataSet, predictor: &dyn Predictor, at: &[f64], x: &[f64]| {
         let mut noise = noise_at(data, predictor, at)?;
         if setup.kind == LogKind::Drive {
             let r = residual(data, predictor, null, x)?;
@@ -147,20 +149,20 @@ fn settle<P: Predictor>(
             fitted = fit(data, predictor, &noise, &[x])?;
         }
     }
-    let mut now = predictor.clone();
+    let mut now = predictor.with_raw(&[]);
     for _ in 0..CENTRINGS {
         if fitted.chi2() > FAR * n {
             break;
         }
         let before = fitted.x.clone();
         let x = before.as_slice();
-        now = match recentre(data, (predictor, &now), null, x, &noise) {
+        now = match recentre(data, (predictor, &*now), null, x, &noise) {
             Ok(moved) => moved.take(data),
             Err(GapError::Model(_)) => break,
             Err(e) => return Err(e),
         };
-        noise = with_roughness(data, &now, x, x)?;
-        fitted = fit(data, &now, &noise, &[x.to_vec()])?;
+        noise = with_roughness(data, &*now, x, x)?;
+        fitted = fit(data, &*now, &noise, &[x.to_vec()])?;
         if (&fitted.x - before).amax() < STILL {
             break;
         }
@@ -174,9 +176,9 @@ fn settle<P: Predictor>(
 }
 
 /// Leaves out, and counts, observations that the model has no answer for at the prior centre.
-pub(crate) fn drop_unanswered<P: Predictor>(
+pub(crate) fn drop_unanswered(
     data: &mut DataSet,
-    predictor: &P,
+    predictor: &dyn Predictor,
     null: &Hypothesis,
     centre: &[f64],
 ) {

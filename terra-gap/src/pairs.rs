@@ -7,9 +7,10 @@ use rayon::prelude::*;
 use terra_model::AnyEffect;
 
 use crate::candidates::is_instrument;
-use crate::dataset::{DataSet, Predictor};
+use crate::dataset::DataSet;
 use crate::hypothesis::Hypothesis;
 use crate::noise::Whitener;
+use crate::predictor::Predictor;
 use crate::renewal::{Before, out};
 use crate::screen::within_reach;
 use crate::settings::LogKind;
@@ -75,9 +76,9 @@ fn by_screen(
 
 /// Best partners of the best singles, screened around them, then fitted jointly; on few windows where the noise will be taken
 /// anew at the best of them (`roughly`), and only the way there is asked for.
-pub(crate) fn confirm_pairs<P: Predictor>(
+pub(crate) fn confirm_pairs(
     data: &DataSet,
-    predictor: &P,
+    predictor: &dyn Predictor,
     null: &Hypothesis,
     levels: &Amplitudes,
     null_weighed: &Weighed,
@@ -272,9 +273,9 @@ enum Led {
 
 /// Pairs of a drive weighed where their ways on few windows end, and the jobs that are left: those that `fresh` has no
 /// hypothesis for, and the best of all where it cannot stand in every window.
-fn lead<P: Predictor>(
+fn lead(
     data: &DataSet,
-    predictor: &P,
+    predictor: &dyn Predictor,
     levels: &Amplitudes,
     jobs: Vec<Job>,
     fresh: impl Fn(usize, usize) -> Option<Hypothesis> + Sync,

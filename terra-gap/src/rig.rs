@@ -4,6 +4,8 @@ mod read;
 
 pub(crate) use read::{from_log, from_logs, median};
 
+use std::sync::Arc;
+
 use terra_data::{Measured, RigRow, WheelData};
 use terra_model::{
     BodyLoads, Channel, Contact, Lanes, Law, Motion, Scalar, StressProfile, Vector, Vehicle,
@@ -11,9 +13,10 @@ use terra_model::{
 };
 
 use crate::abreast::{in_groups, side_by_side};
-use crate::dataset::{ChannelInfo, DataSet, Design, Predictor};
+use crate::dataset::{ChannelInfo, DataSet};
 use crate::error::GapError;
 use crate::logs::of_log;
+use crate::predictor::{Design, Predict};
 use crate::sensor;
 
 /// What a rig measures, in the order of the data set's channels.
@@ -271,7 +274,7 @@ fn wheel_only<T: Scalar>(row: &Row, radius: T) -> Vehicle<T> {
     }
 }
 
-impl Predictor for RigPredictor {
+impl Predict for RigPredictor {
     fn raw(&self, index: usize) -> Vec<f64> {
         let row = &self.rows[index];
         let mut raw = row.values.clone();
@@ -323,7 +326,7 @@ impl Predictor for RigPredictor {
         out
     }
 
-    fn designs(&self, data: &DataSet) -> Vec<Design<Self>> {
+    fn designs(&self, data: &DataSet) -> Vec<Design> {
         let mut designs = vec![];
         let mut vary = |manoeuvre: &str, change: &dyn Fn(&mut Row)| {
             let mut predictor = self.clone();
@@ -331,7 +334,7 @@ impl Predictor for RigPredictor {
             designs.push(Design {
                 manoeuvre: manoeuvre.to_owned(),
                 data: data.clone(),
-                predictor,
+                predictor: Arc::new(predictor),
             });
         };
         vary("the same slips at twice the load", &|row| row.load *= 2.0);
@@ -390,7 +393,7 @@ impl Predictor for RigPredictor {
             designs.push(Design {
                 manoeuvre: manoeuvre.to_owned(),
                 data,
-                predictor,
+                predictor: Arc::new(predictor),
             });
         }
         designs

@@ -4,13 +4,14 @@
 use std::sync::Arc;
 
 use crate::candidates::Candidates;
-use crate::dataset::{DataSet, Predictor};
+use crate::dataset::DataSet;
 use crate::error::GapError;
 use crate::fit::Fit;
 use crate::forms::{FREE, Ground, ask_again};
 use crate::hypothesis::Hypothesis;
 use crate::noise::{NoiseModel, Whitener};
 use crate::null::{Refit, drop_unanswered, refit};
+use crate::predictor::{AnyPredictor, Predictor};
 use crate::round::{Common, Round, settle};
 use crate::settings::{LogKind, Settings};
 use crate::setup::{ADEQUATE, Screened, Setup};
@@ -64,13 +65,13 @@ pub(crate) struct Rivals {
 ///
 /// # Errors
 /// A configuration that makes no sense.
-pub(crate) fn weigh_rivals<P: Predictor>(
+pub(crate) fn weigh_rivals(
     data: &mut DataSet,
-    predictor: &P,
+    predictor: &dyn Predictor,
     setup: &Setup<'_>,
     settings: &Settings,
     candidates: &Candidates,
-) -> Result<Result<(Rivals, P), String>, GapError> {
+) -> Result<Result<(Rivals, AnyPredictor), String>, GapError> {
     let null = Hypothesis::null(setup.law.clone(), Arc::clone(&setup.soil));
     drop_unanswered(data, predictor, &null, &vec![0.0; null.len()]);
     let free = null.len();
@@ -130,13 +131,13 @@ pub(crate) fn weigh_rivals<P: Predictor>(
             .chain(&pairs)
             .chain([&null_weighed])
             .collect();
-        found = weigh_structures(data, &predictor, setup, &noise, &levels, &rivals)?;
+        found = weigh_structures(data, &*predictor, setup, &noise, &levels, &rivals)?;
     }
     let structures_out = found.out.len();
     not_asked.extend(found.out);
     let ground = Ground {
         data,
-        predictor: &predictor,
+        predictor: &*predictor,
         setup,
         null: &null,
         levels: &levels,

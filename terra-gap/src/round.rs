@@ -5,7 +5,7 @@
 
 use crate::candidates::Candidates;
 use crate::confirm::confirm_singles;
-use crate::dataset::{DataSet, Predictor};
+use crate::dataset::DataSet;
 use crate::error::GapError;
 use crate::fit::{Fit, residual};
 use crate::hypothesis::Hypothesis;
@@ -13,6 +13,7 @@ use crate::latent::{Moved, recentre};
 use crate::noise::{NoiseModel, Whitener};
 use crate::null::FAR;
 use crate::pairs::confirm_pairs;
+use crate::predictor::{AnyPredictor, Predictor};
 use crate::renewal::Before;
 use crate::roughness;
 use crate::settings::{LogKind, Settings};
@@ -47,18 +48,18 @@ pub(crate) struct Round {
 }
 
 /// What does not change from round to round.
-pub(crate) struct Common<'a, 'b, P> {
+pub(crate) struct Common<'a, 'b> {
     /// Predicts at what was measured, or where the inputs most probably were.
-    pub predictor: &'a P,
+    pub predictor: &'a dyn Predictor,
     pub setup: &'a Setup<'b>,
     pub settings: &'a Settings,
     pub candidates: &'a Candidates,
     pub null: &'a Hypothesis,
 }
 
-impl<'a, 'b, P> Common<'a, 'b, P> {
+impl<'a, 'b> Common<'a, 'b> {
     /// The same with another predictor.
-    fn by(&self, predictor: &'a P) -> Common<'a, 'b, P> {
+    fn by(&self, predictor: &'a dyn Predictor) -> Common<'a, 'b> {
         Common { predictor, ..*self }
     }
 }
@@ -68,15 +69,15 @@ impl<'a, 'b, P> Common<'a, 'b, P> {
 ///
 /// # Errors
 /// Where the nominal law has no answer.
-pub(crate) fn settle<P: Predictor>(
+pub(crate) fn settle(
     data: &mut DataSet,
-    common: &Common<'_, '_, P>,
+    common: &Common<'_, '_>,
     fitted: &Fit,
     noise: NoiseModel,
-    centred: P,
-) -> Result<(Round, P), GapError> {
+    centred: AnyPredictor,
+) -> Result<(Round, AnyPredictor), GapError> {
     let mut now = centred;
-    let mut round = Round::new(data, &common.by(&now), fitted, noise, "", None)?;
+    let mut round = Round::new(data, &common.by(&*now), fitted, noise, "", None)?;
     for renewal in 1..=RENEWALS {
         let Some(better) = round.better(common.setup.kind) else {
             break;
@@ -86,21 +87,21 @@ pub(crate) fn settle<P: Predictor>(
         if better.plain.chi2() <= FAR * data.len() as f64 {
             // Soil that only just carries the wheel has no slopes there, and the nominal fit may have no answer where the
             // inputs are by another: then they stay where they are.
-            let moved = recentre(data, (common.predictor, &now), &h, x, &round.noise);
+            let moved = recentre(data, (common.predictor, &*now), &h, x, &round.noise);
             let start = fitted.x.as_slice();
-            let answered = |m: &Moved<P>| residual(data, &m.predictor, common.null, start).is_ok();
+            let answered = |m: &Moved| residual(data, &*m.predictor, common.null, start).is_ok();
             if let Some(moved) = moved.ok().filter(answered) {
                 now = moved.take(data);
             }
         }
         let inherited = common.setup.inherited.as_ref();
-        let mut noise = NoiseModel::propagate(data, &now, &h, x)?.with(data, &now, inherited)?;
-        let r = residual(data, &now, &h, x)?;
+        let mut noise = NoiseModel::propagate(data, &*now, &h, x)?.with(data, &*now, inherited)?;
+        let r = residual(data, &*now, &h, x)?;
         roughness::add(&mut noise, data, common.setup.rover, &r);
         let last = renewal == RENEWALS;
         let at = h.effect_name();
         let previous = Some((&round, last));
-        round = Round::new(data, &common.by(&now), fitted, noise, &at, previous)?;
+        round = Round::new(data, &common.by(&*now), fitted, noise, &at, previous)?;
     }
     Ok((round, now))
 }
@@ -108,9 +109,9 @@ pub(crate) fn settle<P: Predictor>(
 impl Round {
     /// `at`: the effects at whose fit the noise was taken. Pairs wait until the singles ask for no other noise or are far
     /// from the data, or for the last round. `previous`: the round before, and whether this is the last.
-    fn new<P: Predictor>(
+    fn new(
         data: &DataSet,
-        common: &Common<'_, '_, P>,
+        common: &Common<'_, '_>,
         fitted: &Fit,
         noise: NoiseModel,
         at: &str,

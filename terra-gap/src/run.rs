@@ -6,12 +6,13 @@ use terra_data::{DriveLog, RigLog, Rover};
 use terra_model::{Law, Registry};
 
 use crate::contrast::against;
-use crate::dataset::{DataSet, Predictor};
+use crate::dataset::DataSet;
 use crate::diagnose::{Diagnosis, diagnose};
 use crate::drive::{self, DriveWindows};
 use crate::error::GapError;
 use crate::kinematic::diagnose_logs;
 use crate::logs::{Logs, Named};
+use crate::predictor::Predictor;
 use crate::rig;
 use crate::settings::{LogKind, Settings};
 use crate::setup::{Rival, Setup};

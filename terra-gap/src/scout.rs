@@ -9,9 +9,9 @@ use std::sync::Arc;
 use rayon::prelude::*;
 use terra_model::AnyEffect;
 
-use crate::dataset::Predictor;
 use crate::fit::Fit;
 use crate::hypothesis::Hypothesis;
+use crate::predictor::Predictor;
 use crate::signatures::Asked;
 use crate::thin::Thin;
 
@@ -21,8 +21,8 @@ const CLOSER: usize = 10;
 const ONE_SIDED: f64 = 0.5;
 
 /// The effects that come nearest to the data, best first, each with where it was found: as many as asked for.
-pub(crate) fn scout<P: Predictor>(
-    predictor: &P,
+pub(crate) fn scout(
+    predictor: &dyn Predictor,
     null: &Hypothesis,
     windows: &Thin,
     asked: &Asked,

@@ -5,10 +5,11 @@ use std::sync::Arc;
 use nalgebra::DMatrix;
 use terra_model::AnyEffect;
 
-use crate::dataset::{DataSet, Predictor};
+use crate::dataset::DataSet;
 use crate::fit::{Fit, evaluate, evaluate_from};
 use crate::hypothesis::Hypothesis;
 use crate::noise::Whitener;
+use crate::predictor::Predictor;
 use crate::screen::Tangent;
 use crate::setup::Screened;
 
@@ -21,9 +22,9 @@ pub(crate) type Asked = Vec<Arc<dyn AnyEffect>>;
 ///
 /// Candidates stand in one law at magnitude zero, where each leaves the others alone, so one exact Jacobian holds the
 /// signatures of several.
-pub(crate) fn screen_all<P: Predictor>(
+pub(crate) fn screen_all(
     data: &DataSet,
-    predictor: &P,
+    predictor: &dyn Predictor,
     base: &Hypothesis,
     fit: &Fit,
     effects: &[Arc<dyn AnyEffect>],
@@ -77,9 +78,9 @@ pub(crate) fn screen_all<P: Predictor>(
 }
 
 /// Whitened -dr/ds of the first magnitude of each effect; the reason where one cannot stand in the law or has no answer.
-pub(crate) fn columns<P: Predictor>(
+pub(crate) fn columns(
     data: &DataSet,
-    predictor: &P,
+    predictor: &dyn Predictor,
     base: &Hypothesis,
     x: &[f64],
     effects: &[Arc<dyn AnyEffect>],

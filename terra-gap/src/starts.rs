@@ -3,8 +3,9 @@
 use rayon::prelude::*;
 use terra_model::{AnyEffect, Touch};
 
-use crate::dataset::{DataSet, Predictor};
+use crate::dataset::DataSet;
 use crate::fit::{Effort, Fit};
+use crate::predictor::Predictor;
 use crate::renewal::out;
 use crate::settings::LogKind;
 use crate::weigh::{Amplitudes, Weighed, weigh};
@@ -65,9 +66,9 @@ fn fresh_start(found: &Weighed, soil: usize) -> Option<Vec<f64>> {
 
 /// Fits the best explanations anew from there, unless that was done under another noise already or the best leaves nothing
 /// that they could win.
-pub(crate) fn start_anew<P: Predictor>(
+pub(crate) fn start_anew(
     data: &DataSet,
-    predictor: &P,
+    predictor: &dyn Predictor,
     levels: &Amplitudes,
     soil: usize,
     all: &mut [&mut Weighed],
@@ -95,9 +96,9 @@ pub(crate) fn start_anew<P: Predictor>(
 }
 
 /// Fits and weighs a rival of a drive once more from far away, unless the way down from there leads to where it was found.
-pub(crate) fn weigh_elsewhere<P: Predictor>(
+pub(crate) fn weigh_elsewhere(
     data: &DataSet,
-    predictor: &P,
+    predictor: &dyn Predictor,
     amplitudes: &Amplitudes,
     found: &Weighed,
     start: &[f64],

@@ -7,12 +7,13 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use crate::dataset::{DataSet, Predictor};
+use crate::dataset::DataSet;
 use crate::error::GapError;
 use crate::fit::{Effort, Fit, fit_from, fit_near, residual};
 use crate::hypothesis::Hypothesis;
 use crate::noise::{NoiseModel, Whitener};
 use crate::null::starts_of;
+use crate::predictor::Predictor;
 use crate::settings::LogKind;
 use crate::setup::Setup;
 use crate::weigh::{Amplitudes, Weighed, contest, weigh};
@@ -39,9 +40,9 @@ pub(crate) struct Structures {
 ///
 /// # Errors
 /// A covariance that is not positive definite.
-pub(crate) fn weigh_structures<P: Predictor>(
+pub(crate) fn weigh_structures(
     data: &DataSet,
-    predictor: &P,
+    predictor: &dyn Predictor,
     setup: &Setup<'_>,
     noise: &NoiseModel,
     levels: &Amplitudes,
@@ -97,9 +98,9 @@ pub(crate) fn weigh_structures<P: Predictor>(
 }
 
 /// Where the fits to a few rows end that end best: wheel laws are far from linear, and all rows from every start cost too much.
-fn best_starts<P: Predictor>(
+fn best_starts(
     few: &DataSet,
-    predictor: &P,
+    predictor: &dyn Predictor,
     h: &Hypothesis,
     whitener: &Whitener,
     starts: &[Vec<f64>],

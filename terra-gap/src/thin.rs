@@ -2,11 +2,12 @@
 
 use nalgebra::DMatrix;
 
-use crate::dataset::{DataSet, Predictor};
+use crate::dataset::DataSet;
 use crate::error::GapError;
 use crate::fit::{Effort, Fit, fit_from};
 use crate::hypothesis::Hypothesis;
 use crate::noise::{NoiseModel, Whitener};
+use crate::predictor::Predictor;
 
 /// How many times the noise is taken larger where the prior is to hold the soil back: first, and on the way down.
 const LOOSE: [f64; 2] = [10.0, 3.0];
@@ -61,9 +62,9 @@ impl Thin {
     ///
     /// # Errors
     /// When the model has no answer at any start.
-    pub(crate) fn end<P: Predictor>(
+    pub(crate) fn end(
         &self,
-        predictor: &P,
+        predictor: &dyn Predictor,
         hypothesis: &Hypothesis,
         starts: &[Vec<f64>],
         guess: Option<&DMatrix<f64>>,
@@ -86,9 +87,9 @@ impl Thin {
     ///
     /// # Errors
     /// When the model has no answer at the start.
-    pub(crate) fn held_back<P: Predictor>(
+    pub(crate) fn held_back(
         &self,
-        predictor: &P,
+        predictor: &dyn Predictor,
         hypothesis: &Hypothesis,
         start: Vec<f64>,
     ) -> Result<Fit, GapError> {
@@ -99,9 +100,9 @@ impl Thin {
     ///
     /// # Errors
     /// As [`held_back`](Self::held_back).
-    pub(crate) fn let_go<P: Predictor>(
+    pub(crate) fn let_go(
         &self,
-        predictor: &P,
+        predictor: &dyn Predictor,
         hypothesis: &Hypothesis,
         held_back: &Fit,
     ) -> Result<Fit, GapError> {
@@ -111,10 +112,10 @@ impl Thin {
         self.end(predictor, hypothesis, &[start], None)
     }
 
-    fn loosely<P: Predictor>(
+    fn loosely(
         &self,
         noise: &Whitener,
-        predictor: &P,
+        predictor: &dyn Predictor,
         hypothesis: &Hypothesis,
         start: Vec<f64>,
     ) -> Result<Fit, GapError> {

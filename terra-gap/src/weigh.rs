@@ -5,12 +5,13 @@
 
 use nalgebra::DMatrix;
 
-use crate::dataset::{DataSet, Predictor};
+use crate::dataset::DataSet;
 use crate::error::GapError;
 use crate::evidence::{Posterior, log_sum_exp, posterior};
 use crate::fit::{Effort, Fit, evaluate, fit_from, residual};
 use crate::hypothesis::Hypothesis;
 use crate::noise::{NoiseModel, Whitener};
+use crate::predictor::Predictor;
 use crate::settings::LogKind;
 use crate::thin::Thin;
 
@@ -122,9 +123,9 @@ pub(crate) fn again(kind: LogKind) -> Effort {
 ///
 /// # Errors
 /// When it has no answer there.
-pub(crate) fn weigh_at<P: Predictor>(
+pub(crate) fn weigh_at(
     data: &DataSet,
-    predictor: &P,
+    predictor: &dyn Predictor,
     hypothesis: &Hypothesis,
     amplitudes: &Amplitudes,
     before: &Fit,
@@ -158,9 +159,9 @@ pub(crate) fn weigh_at<P: Predictor>(
 
 /// Weighs a rival of a drive where the way on few windows ends, enough to know where it leads: the cost there, and the rival
 /// unless some other window has no answer at that place. None where there is no way.
-pub(crate) fn weigh_roughly<P: Predictor>(
+pub(crate) fn weigh_roughly(
     data: &DataSet,
-    predictor: &P,
+    predictor: &dyn Predictor,
     hypothesis: &Hypothesis,
     amplitudes: &Amplitudes,
     start: &[f64],
@@ -174,9 +175,9 @@ pub(crate) fn weigh_roughly<P: Predictor>(
 }
 
 /// Whether the first start is near the data already.
-fn is_near<P: Predictor>(
+fn is_near(
     data: &DataSet,
-    predictor: &P,
+    predictor: &dyn Predictor,
     hypothesis: &Hypothesis,
     amplitudes: &Amplitudes,
     starts: &[Vec<f64>],
@@ -192,9 +193,9 @@ fn is_near<P: Predictor>(
 ///
 /// # Errors
 /// When the rival has no answer at any start.
-pub(crate) fn weigh<P: Predictor>(
+pub(crate) fn weigh(
     data: &DataSet,
-    predictor: &P,
+    predictor: &dyn Predictor,
     hypothesis: &Hypothesis,
     amplitudes: &Amplitudes,
     starts: &[Vec<f64>],

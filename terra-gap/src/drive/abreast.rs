@@ -4,9 +4,9 @@ use terra_model::{Lanes, Law, Vector};
 
 use super::{DrivePredictor, Given, RAW, SPEED, VALUES, WHEEL, Window, YAW_RATE};
 use crate::abreast::{in_groups, side_by_side};
-use crate::dataset::Predictor;
 use crate::error::GapError;
 use crate::logs::of_log;
+use crate::predictor::Predictor;
 
 /// What windows of one group have in common.
 #[derive(Clone, Copy, PartialEq)]

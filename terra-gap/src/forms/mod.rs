@@ -17,10 +17,11 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use terra_model::AnyEffect;
 
-use crate::dataset::{DataSet, Predictor};
+use crate::dataset::DataSet;
 use crate::fit::{Fit, evaluate_from};
 use crate::hypothesis::Hypothesis;
 use crate::noise::Whitener;
+use crate::predictor::Predictor;
 use crate::screen::{Tangent, within_reach};
 use crate::setup::{Screened, Setup};
 use crate::weigh::{Amplitudes, Weighed, contest, weigh};
@@ -71,9 +72,9 @@ fn regime(data: &DataSet, setup: &Setup<'_>) -> Regime {
 }
 
 /// The log and what is common to all fits to it.
-pub(crate) struct Ground<'a, 'b, P> {
+pub(crate) struct Ground<'a, 'b> {
     pub data: &'a DataSet,
-    pub predictor: &'a P,
+    pub predictor: &'a dyn Predictor,
     pub setup: &'a Setup<'b>,
     pub null: &'a Hypothesis,
     pub levels: &'a Amplitudes,
@@ -96,9 +97,9 @@ impl Reshaped {
     }
 
     /// Chooses more terms at a fit, one by one by their screened gain: the Jacobian with them, and what they promise.
-    fn choose<P: Predictor>(
+    fn choose(
         &mut self,
-        ground: &Ground<'_, '_, P>,
+        ground: &Ground<'_, '_>,
         fit: &Fit,
         most: usize,
     ) -> Option<(DMatrix<f64>, f64)> {
@@ -147,8 +148,8 @@ fn choices(of: usize, k: usize) -> f64 {
 }
 
 /// An effect by another formula, where the data ask for one that could stand against `rival`, ln Z of another answer.
-fn reshape<P: Predictor>(
-    ground: &Ground<'_, '_, P>,
+fn reshape(
+    ground: &Ground<'_, '_>,
     regime: Regime,
     plain: &Weighed,
     rival: f64,
@@ -203,8 +204,8 @@ fn reshape<P: Predictor>(
 }
 
 /// The parts of a pair that are too weak to have been confirmed alone: another formula may do what the other part does.
-fn parts_alone<P: Predictor>(
-    ground: &Ground<'_, '_, P>,
+fn parts_alone(
+    ground: &Ground<'_, '_>,
     screen: &[Screened],
     singles: &[(usize, Vec<Weighed>)],
     pair: &Weighed,
@@ -241,8 +242,8 @@ fn parts_alone<P: Predictor>(
 /// Asks every confirmed single cause and the parts of the best pair again with a free formula, where `rival`, ln Z of a pair or
 /// of something unknown, stands above every single cause and one of these is far above `null`, and puts what is found beside
 /// their other forms. By the library's own formula the right one may be far behind: it is the terms' promise that tells.
-pub(crate) fn ask_again<P: Predictor>(
-    ground: &Ground<'_, '_, P>,
+pub(crate) fn ask_again(
+    ground: &Ground<'_, '_>,
     screen: &[Screened],
     singles: &mut Vec<(usize, Vec<Weighed>)>,
     pairs: &[Weighed],

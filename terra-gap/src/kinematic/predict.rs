@@ -1,12 +1,15 @@
 //! What the motion should be, from the wheel speeds.
 
+use std::sync::Arc;
+
 use terra_model::{Channel, Contact, Law, Scalar, Soil, Vehicle};
 
 use super::effects::{DRAG, SKID};
-use crate::dataset::{DataSet, Design, Predictor};
+use crate::dataset::DataSet;
 use crate::drive::{GRAVITY, lift};
 use crate::error::GapError;
 use crate::logs::of_log;
+use crate::predictor::{Design, Predict};
 use crate::sensor;
 
 /// Values of a window: v, r, v_y.
@@ -115,7 +118,7 @@ impl KinematicPredictor {
     }
 }
 
-impl Predictor for KinematicPredictor {
+impl Predict for KinematicPredictor {
     fn raw(&self, index: usize) -> Vec<f64> {
         self.windows[index].raw.to_vec()
     }
@@ -156,7 +159,7 @@ impl Predictor for KinematicPredictor {
         out
     }
 
-    fn designs(&self, data: &DataSet) -> Vec<Design<Self>> {
+    fn designs(&self, data: &DataSet) -> Vec<Design> {
         let mut designs = vec![];
         let mut vary = |manoeuvre: &str, change: &dyn Fn(&mut [f64; RAW])| {
             let mut predictor = self.clone();
@@ -167,7 +170,7 @@ impl Predictor for KinematicPredictor {
             designs.push(Design {
                 manoeuvre: manoeuvre.to_owned(),
                 data: data.clone(),
-                predictor,
+                predictor: Arc::new(predictor),
             });
         };
         vary("every manoeuvre once more, as it was", &|_| {});

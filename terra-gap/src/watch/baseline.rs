@@ -159,7 +159,7 @@ pub(crate) fn learn(
     } = found;
     let free = null.len();
     let x = fit.x.as_slice().to_vec();
-    let roughness = roughness_of(&data, &predictor, &null, &x, &noise)?;
+    let roughness = roughness_of(&data, &*predictor, &null, &x, &noise)?;
     let mut asked = Settings::of(rover);
     asked.effects.clone_from(&settings.effects);
     let candidates = gate(registry, &setup.law, &data, rover, LogKind::Drive, &asked)?;
