@@ -25,6 +25,7 @@ use serde::{Deserialize, Serialize};
 use crate::error::GapError;
 use crate::evidence::log_sum_exp;
 use crate::settings::LogKind;
+use terra_model::order::ascending;
 
 /// How raw evidences become probabilities.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -407,7 +408,7 @@ impl Calibration {
 /// The smallest value not below a share of draws to come: the ceil((n + 1) share)-th; none where the draws are too few.
 fn upper_quantile(values: &[f64], share: f64) -> Option<f64> {
     let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
+    ascending(&mut sorted, |v| *v);
     let rank = ((values.len() + 1) as f64 * share).ceil() as usize;
     sorted.get(rank.checked_sub(1)?).copied()
 }

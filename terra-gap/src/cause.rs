@@ -11,6 +11,7 @@ use crate::rivals::Rivals;
 use crate::settings::{LogKind, Settings};
 use crate::setup::{ADEQUATE, LOOK_ALIKE, OTHER_SOIL, Setup};
 use crate::weigh::Weighed;
+use terra_model::order::descending;
 
 /// What kind of answer a cause is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -245,7 +246,7 @@ impl Answers {
             .collect();
         answers.push((probability_none, "none".to_owned()));
         answers.push((probability_unknown, "unknown".to_owned()));
-        answers.sort_by(|a, b| b.0.total_cmp(&a.0));
+        descending(&mut answers, |a| a.0);
         let mut held = 0.0;
         let mut set = vec![];
         for (p, name) in answers {

@@ -17,6 +17,7 @@ use crate::setup::{Screened, Setup};
 use crate::signatures::Asked;
 use crate::starts::{better_of, far_start, start_anew, weigh_elsewhere};
 use crate::weigh::{Amplitudes, Weighed, again, contest, weigh, weigh_at};
+use terra_model::order::descending;
 
 /// Screened gain up to which an effect of a drive, beyond the surest, is weighed by its screen alone: where the data do not ask
 /// for it, its magnitude is small against its own noise and the tangent is as good as the law.
@@ -158,7 +159,7 @@ fn bases(
             .filter(|w| w.hypothesis.law.model().name() != null.law.model().name())
             .filter(|w| w.log_evidence > near)
             .collect();
-        others.sort_by(|a, b| b.log_evidence.total_cmp(&a.log_evidence));
+        descending(&mut others, |w| w.log_evidence);
         others.truncate(STRUCTURES);
         out.extend(others.iter().map(|w| (w.hypothesis.clone(), fitted(w))));
     }

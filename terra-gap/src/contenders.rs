@@ -8,6 +8,7 @@ use crate::settings::LogKind;
 use crate::setup::Screened;
 use crate::signatures::Asked;
 use crate::weigh::{Amplitudes, NEAR, Weighed};
+use terra_model::order::descending;
 
 /// Nats from the best within which a screened effect is confirmed.
 const WITHIN: f64 = 10.0;
@@ -46,7 +47,7 @@ impl Contenders {
     ) -> Self {
         let gain = |k: usize| screen[k].score.log_bayes_factor;
         let mut order: Vec<usize> = (0..asked.len()).collect();
-        order.sort_by(|&a, &b| gain(b).total_cmp(&gain(a)));
+        descending(&mut order, |&k| gain(k));
         let best = order.first().map_or(0.0, |&k| gain(k));
         let (large, from) = AT_LEAST_LARGE;
         let sure = if previous.is_some() && best > from {

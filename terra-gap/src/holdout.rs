@@ -21,6 +21,7 @@ use crate::fit::{Effort, Fit, fit_near, residual};
 use crate::hypothesis::Hypothesis;
 use crate::noise::NoiseModel;
 use crate::predictor::Predictor;
+use terra_model::order::ascending;
 
 /// What one group is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -94,7 +95,7 @@ pub(crate) fn groups(data: &DataSet, by: HoldOut) -> Vec<(String, Vec<usize>)> {
             .enumerate()
             .map(|(i, o)| (o.factors.get("slip").copied().unwrap_or(0.0), i))
             .collect();
-        order.sort_by(|a, b| a.0.total_cmp(&b.0));
+        ascending(&mut order, |o| o.0);
         // Repeats of one slip stay together: a range that holds a repeat would see its own answer.
         let mut distinct: Vec<Vec<(f64, usize)>> = vec![];
         for point in order {

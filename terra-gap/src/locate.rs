@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use crate::dataset::DataSet;
 use crate::fit::Fit;
+use terra_model::order::{ascending, descending};
 
 /// One place where the re-fitted model still differs from the data.
 #[derive(Clone, Debug, Serialize, PartialEq)]
@@ -46,7 +47,7 @@ pub(crate) fn places(data: &DataSet, fit: &Fit, raw_residual: &[f64]) -> Vec<Pla
                     Some((*data.observations[*i].factors.get(factor)?, row))
                 })
                 .collect();
-            points.sort_by(|a, b| a.0.total_cmp(&b.0));
+            ascending(&mut points, |p| p.0);
             let (Some(first), Some(last)) = (points.first(), points.last()) else {
                 continue;
             };
@@ -77,7 +78,7 @@ pub(crate) fn places(data: &DataSet, fit: &Fit, raw_residual: &[f64]) -> Vec<Pla
         place.sigma = (place.sigma.powi(2) - correction.powi(2)).max(0.0).sqrt();
     }
     found.retain(|p| p.sigma > THRESHOLD);
-    found.sort_by(|a, b| b.share.total_cmp(&a.share));
+    descending(&mut found, |f| f.share);
     found.truncate(8);
     found
 }

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 use terra_model::AnyEffect;
+use terra_model::order::descending;
 
 use crate::candidates::is_instrument;
 use crate::dataset::DataSet;
@@ -61,7 +62,7 @@ fn by_screen(
             }
         }
     }
-    found.sort_by(|x, y| y.0.total_cmp(&x.0));
+    descending(&mut found, |f| f.0);
     found
         .into_iter()
         .take(PAIRS_BY_SCREEN)
@@ -102,7 +103,7 @@ pub(crate) fn confirm_pairs(
         .collect();
     let by = |evidence: fn(&Weighed) -> f64| {
         let mut order = seeds.clone();
-        order.sort_by(|a, b| evidence(b.1).total_cmp(&evidence(a.1)));
+        descending(&mut order, |o| evidence(o.1));
         let mut names: Vec<&str> = vec![];
         order.retain(|(k, _)| {
             let new = !names.contains(&asked[*k].name());

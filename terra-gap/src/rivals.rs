@@ -18,6 +18,7 @@ use crate::setup::{ADEQUATE, Screened, Setup};
 use crate::structures::weigh_structures;
 use crate::unknown;
 use crate::weigh::{Weighed, unknown_amplitudes};
+use terra_model::order::descending;
 
 /// Misfit per value up to which an explanation of a drive is adequate.
 const ADEQUATE_DRIVE: f64 = 1.3;
@@ -215,7 +216,7 @@ fn log_unknown(
 ) -> f64 {
     let by_evidence = |a: &&Weighed, b: &&Weighed| a.log_evidence.total_cmp(&b.log_evidence);
     let mut bases = singles.to_vec();
-    bases.sort_by(|a, b| by_evidence(b, a));
+    descending(&mut bases, |w| w.log_evidence);
     bases.truncate(3);
     bases.retain(|w| kind == LogKind::Drive || w.chi2_per_value() > ADEQUATE);
     bases.push(null);

@@ -8,6 +8,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 use terra_model::AnyEffect;
+use terra_model::order::ascending;
 
 use crate::fit::Fit;
 use crate::hypothesis::Hypothesis;
@@ -54,6 +55,6 @@ pub(crate) fn scout(
 }
 
 fn nearest(found: &mut Vec<(usize, Fit)>, most: usize) {
-    found.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
+    ascending(found, |f| f.1.cost);
     found.truncate(most);
 }

@@ -1,6 +1,7 @@
 //! Where a drive's fits start anew: wheel laws are far from linear, and a fit goes on from one that may be in a corner.
 
 use rayon::prelude::*;
+use terra_model::order::descending;
 use terra_model::{AnyEffect, Touch};
 
 use crate::dataset::DataSet;
@@ -74,7 +75,7 @@ pub(crate) fn start_anew(
     all: &mut [&mut Weighed],
     done: &mut Vec<String>,
 ) {
-    all.sort_by(|a, b| b.log_evidence.total_cmp(&a.log_evidence));
+    descending(all, |w| w.log_evidence);
     let mut best: Vec<&mut Weighed> = all.iter_mut().take(ANEW).map(|w| &mut **w).collect();
     if let Some(first) = best.first().map(|w| (**w).clone())
         && first.chi2_per_value() < FAR_FIT

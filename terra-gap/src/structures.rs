@@ -17,6 +17,7 @@ use crate::predictor::Predictor;
 use crate::settings::LogKind;
 use crate::setup::Setup;
 use crate::weigh::{Amplitudes, Weighed, contest, weigh};
+use terra_model::order::ascending;
 
 /// Windows of a drive that a model is tried on first.
 const TRIED_ON: usize = 16;
@@ -109,7 +110,7 @@ fn best_starts(
         .iter()
         .filter_map(|s| fit_near(few, predictor, h, whitener, s, None, Effort::Carried).ok())
         .collect();
-    ends.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    ascending(&mut ends, |e| e.cost);
     ends.dedup_by(|a, b| (&a.x - &b.x).amax() < SAME);
     ends.truncate(BEST_STARTS);
     let mut out: Vec<Vec<f64>> = ends.iter().map(|f| f.x.as_slice().to_vec()).collect();

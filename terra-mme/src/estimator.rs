@@ -1,6 +1,7 @@
 //! What every estimator of terra-mme offers, whatever it does inside.
 
 use terra_model::Contact;
+use terra_model::order::descending;
 
 use crate::belief::ParameterBelief;
 use crate::choice::Choice;
@@ -110,7 +111,8 @@ pub trait Weighed: Send + Sync {
         );
         let hypotheses = self.hypotheses().hypotheses();
         let mut order: Vec<usize> = (0..hypotheses.len()).collect();
-        order.sort_by(|&a, &b| p[b].total_cmp(&p[a]).then(l[b].total_cmp(&l[a])));
+        descending(&mut order, |&j| l[j]);
+        descending(&mut order, |&j| p[j]);
         let row = |j: usize| HypothesisPosterior {
             id: hypotheses[j].id.clone(),
             model: terra_model::ForceLaw::name(&*hypotheses[j].law),
@@ -128,7 +130,7 @@ pub trait Weighed: Send + Sync {
         let mut near: Vec<usize> = (0..l.len())
             .filter(|&j| j != best && (l[best] - l[j]).abs() < limit)
             .collect();
-        near.sort_by(|&a, &b| l[b].total_cmp(&l[a]));
+        descending(&mut near, |&j| l[j]);
         near.into_iter()
             .map(|j| self.hypotheses().hypotheses()[j].id.clone())
             .collect()

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use terra_model::catalogue::{self, Terrain};
+use terra_model::order::ascending;
 use terra_model::{Contact, ForceLaw, Law};
 
 use crate::error::EstimatorError;
@@ -195,7 +196,7 @@ impl HypothesisSet {
                 .unwrap_or(f64::INFINITY)
         };
         let mut order: Vec<usize> = (0..all.len()).collect();
-        order.sort_by(|&a, &b| key(a).total_cmp(&key(b)));
+        ascending(&mut order, |&j| key(j));
         let mut found = Vec::new();
         for (rank, &a) in order.iter().enumerate() {
             for &b in &order[rank + 1..] {

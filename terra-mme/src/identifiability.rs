@@ -11,6 +11,7 @@ use nalgebra::{DMatrix, DVector, SVD};
 
 use crate::error::EstimatorError;
 use crate::fit_space::FitSpace;
+use terra_model::order::{ascending, descending};
 
 /// Posterior over prior sd above which a direction counts as undetermined.
 pub const WEAK: f64 = 0.8;
@@ -87,7 +88,7 @@ pub fn identifiability(
             sd_ratio,
         });
     }
-    directions.sort_by(|a, b| a.sd_ln.total_cmp(&b.sd_ln));
+    ascending(&mut directions, |d| d.sd_ln);
     let rank = directions.len();
     Ok(Identifiability {
         undetermined,
@@ -117,7 +118,7 @@ fn right_singular(
 fn named(names: &[&'static str], w: &[f64], length: f64, share: f64) -> Vec<(&'static str, f64)> {
     let scaled = names.iter().zip(w).map(|(name, w)| (*name, w / length));
     let mut kept: Vec<_> = scaled.filter(|(_, w)| w.abs() >= share).collect();
-    kept.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
+    descending(&mut kept, |k| k.1.abs());
     if kept.first().is_some_and(|(_, w)| *w < 0.0) {
         kept.iter_mut().for_each(|(_, w)| *w = -*w);
     }

@@ -56,6 +56,7 @@ mod maps;
 mod model;
 pub mod models;
 mod names;
+pub mod order;
 mod param;
 mod quadrature;
 mod real;

@@ -16,6 +16,7 @@ use std::sync::Arc;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use terra_model::AnyEffect;
+use terra_model::order::{ascending, descending};
 
 use crate::dataset::DataSet;
 use crate::fit::{Fit, evaluate_from};
@@ -54,7 +55,7 @@ fn regime(data: &DataSet, setup: &Setup<'_>) -> Regime {
         .iter()
         .filter_map(|o| o.factors.get("path").copied())
         .collect();
-    paths.sort_by(f64::total_cmp);
+    ascending(&mut paths, |p| *p);
     let torque = data
         .observations
         .iter()
@@ -269,7 +270,7 @@ pub(crate) fn ask_again(
     let mut order: Vec<usize> = (0..singles.len())
         .filter(|i| !singles[*i].1.is_empty())
         .collect();
-    order.sort_by(|a, b| by_evidence(&singles[*b].1[0], &singles[*a].1[0]));
+    descending(&mut order, |&i| singles[i].1[0].log_evidence);
     let name = |i: usize| screen[singles[i].0].name.as_str();
     let mut names: Vec<&str> = vec![];
     order.retain(|i| {

@@ -8,6 +8,7 @@ use super::{Output, RigPredictor, Row};
 use crate::dataset::{ChannelInfo, DataSet, Factors, Observation};
 use crate::error::GapError;
 use crate::logs::Logs;
+use terra_model::order::ascending;
 
 /// A row of one of several logs.
 #[derive(Clone, Copy)]
@@ -264,7 +265,7 @@ fn repeat_scatter(
 
 pub(crate) fn median(values: impl Iterator<Item = f64>) -> f64 {
     let mut v: Vec<f64> = values.collect();
-    v.sort_by(f64::total_cmp);
+    ascending(&mut v, |v| *v);
     match v.len() {
         0 => 0.0,
         n if n % 2 == 1 => v[n / 2],

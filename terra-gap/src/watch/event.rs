@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use super::baseline::Learned;
 use super::window::{Contribution, Span, Spot, Standing, soil_change};
+use terra_model::order::{ascending, descending};
 
 /// A factor orders the readings when its trend is this clear.
 const TREND: f64 = 3.0;
@@ -131,7 +132,7 @@ pub(crate) fn describe(
             unit: "prior sd".to_owned(),
         });
     }
-    nearest.sort_by(|a, b| b.sigma.total_cmp(&a.sigma));
+    descending(&mut nearest, |n| n.sigma);
     let mut seen: Vec<String> = vec![];
     nearest.retain(|h| {
         let new = !seen.contains(&h.effect);
@@ -181,7 +182,7 @@ fn follows(off: &[(&Contribution, f64, f64)]) -> (String, f64, f64) {
         Some((_, name, points)) => (name, points),
         None => ("time", points("time")),
     };
-    points.sort_by(|a, b| a.0.total_cmp(&b.0));
+    ascending(&mut points, |p| p.0);
     let range = |p: &[(f64, f64)]| {
         let ends = p.first().zip(p.last());
         ends.map_or((0.0, 0.0), |(a, b)| (a.0, b.0))

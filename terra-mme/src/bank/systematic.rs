@@ -13,6 +13,7 @@
 use std::sync::Arc;
 
 use terra_model::AnyEffect;
+use terra_model::order::{ascending, descending};
 
 use super::core::SoilMaps;
 use super::motion::{MotionSample, Plant};
@@ -130,7 +131,7 @@ pub fn systematic(
                 seen.push((e, run(e)?));
             }
         }
-        seen.sort_by(|a, b| a.0.total_cmp(&b.0));
+        ascending(&mut seen, |s| s.0);
         let best_of = |seen: &[(f64, Look)]| {
             (0..seen.len()).fold(0, |best, k| {
                 if score(seen[k].0, &seen[k].1) > score(seen[best].0, &seen[best].1) {
@@ -170,7 +171,7 @@ pub fn systematic(
                 break;
             }
             seen.push((cut, run(cut)?));
-            seen.sort_by(|a, b| a.0.total_cmp(&b.0));
+            ascending(&mut seen, |s| s.0);
         }
         let k = best_of(&seen);
         let (at, best) = &seen[k];
@@ -197,7 +198,7 @@ pub fn systematic(
             explains: !best.alarm,
         });
     }
-    out.sort_by(|a, b| b.log_evidence_gain.total_cmp(&a.log_evidence_gain));
+    descending(&mut out, |c| c.log_evidence_gain);
     Ok(out)
 }
 

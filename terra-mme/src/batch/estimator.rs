@@ -1,6 +1,7 @@
 //! A batch estimator as a [`ParameterEstimator`]: multiple models while the log comes in, its own answer at the end.
 
 use terra_model::Contact;
+use terra_model::order::descending;
 
 use super::ensemble::{EnsembleOptions, ensemble};
 use super::least_squares::{LeastSquaresOptions, distinct, least_squares};
@@ -93,7 +94,7 @@ impl Batch {
     fn fits(&self, options: &LeastSquaresOptions) -> Result<Answer, EstimatorError> {
         let log_likelihoods = self.models.log_likelihoods();
         let mut order: Vec<usize> = (0..log_likelihoods.len()).collect();
-        order.sort_by(|&a, &b| log_likelihoods[b].total_cmp(&log_likelihoods[a]));
+        descending(&mut order, |&j| log_likelihoods[j]);
         let (mut fits, mut refusal) = (Vec::new(), None);
         for &j in order.iter().take(options.starts.max(1)) {
             let h = &self.models.hypotheses().hypotheses()[j];

@@ -9,6 +9,7 @@
 //! D. P. Bertsekas, SIAM J. Control and Optimization 20(2):221-246, 1982 (projected Newton steps).
 
 use nalgebra::{DMatrix, DVector};
+use terra_model::order::descending;
 use terra_model::{ForceLaw, Law};
 
 use crate::error::EstimatorError;
@@ -288,7 +289,7 @@ fn steepest(
 
 /// Fits from many starts, best first; fits whose forces are the same (within `same` nats) are one.
 pub(super) fn distinct(mut fits: Vec<(String, LocalFit)>, same: f64) -> Vec<(String, LocalFit)> {
-    fits.sort_by(|a, b| b.1.log_likelihood.total_cmp(&a.1.log_likelihood));
+    descending(&mut fits, |f| f.1.log_likelihood);
     let mut out: Vec<(String, LocalFit)> = Vec::new();
     for (id, fit) in fits {
         let known = out
