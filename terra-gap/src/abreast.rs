@@ -2,10 +2,10 @@
 //!
 //! Where one of them has no answer each is asked alone, and says so itself.
 
-use rayon::prelude::*;
 use terra_model::{Lanes, Vector};
 
 use crate::error::GapError;
+use crate::parallel::for_each;
 
 /// Observations from which a group is cheaper than one after the other.
 const WORTH: usize = 3;
@@ -38,18 +38,18 @@ pub(crate) fn in_groups<K: PartialEq>(
             }
         }
     }
-    let found: Vec<Vec<Vec<f64>>> = groups
-        .par_iter()
-        .map(|places| {
-            let members: Vec<usize> = places.iter().map(|&place| indices[place]).collect();
-            if members.len() >= WORTH
-                && let Ok(found) = together(&members)
-            {
-                return Ok(found);
-            }
-            members.iter().map(|&i| alone(i)).collect()
-        })
-        .collect::<Result<_, GapError>>()?;
+    let found: Vec<Vec<Vec<f64>>> = for_each(groups.len(), |k| {
+        let places = &groups[k];
+        let members: Vec<usize> = places.iter().map(|&place| indices[place]).collect();
+        if members.len() >= WORTH
+            && let Ok(found) = together(&members)
+        {
+            return Ok(found);
+        }
+        members.iter().map(|&i| alone(i)).collect()
+    })
+    .into_iter()
+    .collect::<Result<_, GapError>>()?;
     let mut out = vec![vec![]; indices.len()];
     for (places, found) in groups.iter().zip(found) {
         for (&place, residual) in places.iter().zip(found) {

@@ -2,12 +2,11 @@
 
 use std::sync::Arc;
 
+use chacha20::ChaCha8Rng;
+use chacha20::rand_core::SeedableRng;
 use nalgebra::DVector;
 use rand::{Rng, RngExt};
-use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
-use rayon::prelude::*;
 
 use crate::calibration::{Calibration, Case};
 use crate::candidates::Candidates;
@@ -17,6 +16,7 @@ use crate::error::GapError;
 use crate::evidence::posterior;
 use crate::hypothesis::Hypothesis;
 use crate::mock::{mock, roughness_of};
+use crate::parallel::for_each;
 use crate::predictor::Predictor;
 use crate::rivals::{Rivals, weigh_rivals};
 use crate::settings::{LogKind, Settings};
@@ -49,19 +49,19 @@ pub(crate) fn calibrate(
     }
     let x = rivals.fitted.x.as_slice();
     let roughness = roughness_of(data, predictor, &rivals.null, x, &rivals.noise)?;
-    let cases: Vec<Case> = (0..settings.calibrate)
-        .into_par_iter()
-        .filter_map(|run| {
-            let mut rng = ChaCha8Rng::seed_from_u64(settings.seed);
-            rng.set_stream(run as u64);
-            let (truth, h, x) = draw(rivals, candidates, run, settings.calibrate, &mut rng)?;
-            let (mut data, predictor) =
-                mock(data, measured, &h, x.as_slice(), &roughness, &mut rng).ok()?;
-            let found = weigh_rivals(&mut data, &*predictor, setup, settings, candidates);
-            let answers = Answers::new(&found.ok()?.ok()?.0, settings, setup);
-            Some(answers.evidence().case(&truth))
-        })
-        .collect();
+    let cases: Vec<Case> = for_each(settings.calibrate, |run| {
+        let mut rng = ChaCha8Rng::seed_from_u64(settings.seed);
+        rng.set_stream(run as u64);
+        let (truth, h, x) = draw(rivals, candidates, run, settings.calibrate, &mut rng)?;
+        let (mut data, predictor) =
+            mock(data, measured, &h, x.as_slice(), &roughness, &mut rng).ok()?;
+        let found = weigh_rivals(&mut data, &*predictor, setup, settings, candidates);
+        let answers = Answers::new(&found.ok()?.ok()?.0, settings, setup);
+        Some(answers.evidence().case(&truth))
+    })
+    .into_iter()
+    .flatten()
+    .collect();
     let source = format!(
         "{} of {} mock cases of this log's own design, seed {}",
         cases.len(),

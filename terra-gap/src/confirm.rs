@@ -3,12 +3,12 @@
 use std::sync::Arc;
 
 use nalgebra::DVector;
-use rayon::prelude::*;
 
 use crate::contenders::Contenders;
 use crate::dataset::DataSet;
 use crate::evidence::posterior;
 use crate::hypothesis::Hypothesis;
+use crate::parallel::for_each;
 use crate::predictor::Predictor;
 use crate::renewal::Before;
 use crate::screen::{Score, within_reach};
@@ -121,18 +121,15 @@ pub(crate) fn confirm_singles(
         _ => chosen.order.len(),
     };
     let (first, others) = chosen.order.split_at(first);
-    let first = first.par_iter().enumerate();
-    let mut singles: Vec<Single> = first
-        .filter_map(|(rank, &k)| confirm(rank, k, &|_| false))
-        .collect();
+    let of_first = for_each(first.len(), |rank| confirm(rank, first[rank], &|_| false));
+    let mut singles: Vec<Single> = of_first.into_iter().flatten().collect();
     let best = singles.iter().flat_map(|(_, w)| w).map(|w| w.log_evidence);
     let best = best.fold(f64::NEG_INFINITY, f64::max) - null_weighed.log_evidence;
     let lost = |promised: f64| within_reach(promised) + LOST < best;
-    let others = others.par_iter().enumerate();
-    let others: Vec<Single> = others
-        .filter_map(|(rank, &k)| confirm(rank + FIRST, k, &lost))
-        .collect();
-    singles.extend(others);
+    let of_others = for_each(others.len(), |rank| {
+        confirm(rank + FIRST, others[rank], &lost)
+    });
+    singles.extend(of_others.into_iter().flatten());
     if kind == LogKind::Drive {
         let mut all: Vec<&mut Weighed> = singles.iter_mut().flat_map(|(_, w)| w).collect();
         start_anew(data, predictor, levels, null.len(), &mut all, anew);

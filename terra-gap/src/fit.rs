@@ -1,7 +1,6 @@
 //! The fit of one hypothesis: whitened residuals plus prior, r = L^-1 (y - f(x)), J = -dr/dx exact, down to their least.
 
 use nalgebra::{DMatrix, DVector};
-use rayon::prelude::*;
 use terra_model::{Dual8, Dual16, jacobian, wide_jacobian};
 
 use crate::dataset::{DataSet, Observation, Stacked};
@@ -10,6 +9,7 @@ use crate::descent::{End, Residuals, descend};
 use crate::error::GapError;
 use crate::hypothesis::Hypothesis;
 use crate::noise::Whitener;
+use crate::parallel::for_each;
 use crate::predictor::Predictor;
 
 /// A fitted hypothesis.
@@ -65,27 +65,26 @@ pub(crate) fn evaluate_from(
     first: usize,
 ) -> Result<Stacked, GapError> {
     let (held, free) = x.split_at(first.min(x.len()));
-    let each = (0..data.observations.len())
-        .into_par_iter()
-        .map(|i| {
-            let i = data.observations[i].index;
-            let raw = predictor.raw(i);
-            // Every chunk of derivatives solves the wheels anew, so the widest that is filled is the cheapest.
-            if free.len() <= 8 {
-                let raw: Vec<Dual8> = raw.into_iter().map(Dual8::from).collect();
-                jacobian(free, |free| {
-                    let p = hypothesis.parameters(&beside(held, free));
-                    predictor.residual8(&hypothesis.law, &p, i, &raw)
-                })
-            } else {
-                let raw: Vec<Dual16> = raw.into_iter().map(Dual16::from).collect();
-                wide_jacobian(free, |free| {
-                    let p = hypothesis.parameters(&beside(held, free));
-                    predictor.residual16(&hypothesis.law, &p, i, &raw)
-                })
-            }
-        })
-        .collect::<Result<Vec<_>, GapError>>()?;
+    let each = for_each(data.observations.len(), |i| {
+        let i = data.observations[i].index;
+        let raw = predictor.raw(i);
+        // Every chunk of derivatives solves the wheels anew, so the widest that is filled is the cheapest.
+        if free.len() <= 8 {
+            let raw: Vec<Dual8> = raw.into_iter().map(Dual8::from).collect();
+            jacobian(free, |free| {
+                let p = hypothesis.parameters(&beside(held, free));
+                predictor.residual8(&hypothesis.law, &p, i, &raw)
+            })
+        } else {
+            let raw: Vec<Dual16> = raw.into_iter().map(Dual16::from).collect();
+            wide_jacobian(free, |free| {
+                let p = hypothesis.parameters(&beside(held, free));
+                predictor.residual16(&hypothesis.law, &p, i, &raw)
+            })
+        }
+    })
+    .into_iter()
+    .collect::<Result<Vec<_>, GapError>>()?;
     let n = data.len();
     let mut stacked = Stacked {
         residual: DVector::zeros(n),

@@ -11,7 +11,6 @@
 //! MacKinnon, Nielsen & Webb 2023, "Cluster-robust inference: a guide to empirical practice", Journal of Econometrics 232
 //! (CV3: few groups of unequal weight).
 
-use rayon::prelude::*;
 use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
@@ -20,6 +19,7 @@ use crate::error::GapError;
 use crate::fit::{Effort, Fit, fit_near, residual};
 use crate::hypothesis::Hypothesis;
 use crate::noise::NoiseModel;
+use crate::parallel::for_each;
 use crate::predictor::Predictor;
 use terra_model::order::ascending;
 
@@ -195,9 +195,9 @@ pub(crate) fn hold_out(
     let groups = groups(data, by);
     // Where the noise is block diagonal, rows of a whitened Jacobian keep their meaning.
     let rows: Vec<usize> = data.stacked().map(|(i, _)| i).collect();
-    let results: Vec<Result<Result<GroupSquares, String>, GapError>> = groups
-        .par_iter()
-        .map(|(name, members)| {
+    let results: Vec<Result<Result<GroupSquares, String>, GapError>> =
+        for_each(groups.len(), |k| {
+            let (name, members) = &groups[k];
             let rest: Vec<usize> = (0..data.observations.len())
                 .filter(|i| !members.contains(i))
                 .collect();
@@ -248,8 +248,7 @@ pub(crate) fn hold_out(
                 }),
                 (Err(e), _) | (_, Err(e)) => Err(format!("{name}: {e}")),
             })
-        })
-        .collect();
+        });
     let mut squares = vec![];
     let mut failed = vec![];
     for r in results {

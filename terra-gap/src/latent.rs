@@ -15,13 +15,13 @@
 //! Error Models, 1987.
 
 use nalgebra::{Cholesky, DMatrix, DVector};
-use rayon::prelude::*;
 use terra_model::{Dual8, jacobian};
 
 use crate::dataset::DataSet;
 use crate::error::GapError;
 use crate::hypothesis::Hypothesis;
 use crate::noise::NoiseModel;
+use crate::parallel::for_each;
 use crate::predictor::{AnyPredictor, Predictor};
 
 /// How far \[sd\] a raw quantity may be from what was read: beyond, it is the law that is wrong.
@@ -63,28 +63,26 @@ pub(crate) fn recentre(
         let (g, d) = jacobian(raw, |raw| now.residual8(&hypothesis.law, &p, index, raw))?;
         Ok::<_, GapError>((DVector::from_vec(g), d))
     };
-    let moved: Vec<(Vec<f64>, Vec<f64>)> = data
-        .observations
-        .par_iter()
-        .zip(&noise.blocks)
-        .map(|(o, block)| {
-            let read = DVector::from_vec(measured.raw(o.index));
-            let raw = DVector::from_vec(now.raw(o.index));
-            let (g, d) = at(o.index, raw.as_slice())?;
-            let left = g + &d * (&read - &raw);
-            let sd = DVector::from_column_slice(&o.raw_sd);
-            let step = step(&d, &sd, block, &left);
-            let there = step.map(|step| &read - step).and_then(|raw| {
-                let (_, d) = at(o.index, raw.as_slice()).ok()?;
-                let shift = d * (&read - &raw);
-                shift.iter().all(|s| s.is_finite()).then_some((raw, shift))
-            });
-            Ok(match there {
-                Some((raw, shift)) => (raw.as_slice().to_vec(), shift.as_slice().to_vec()),
-                None => (read.as_slice().to_vec(), vec![]),
-            })
+    let moved: Vec<(Vec<f64>, Vec<f64>)> = for_each(data.observations.len(), |k| {
+        let (o, block) = (&data.observations[k], &noise.blocks[k]);
+        let read = DVector::from_vec(measured.raw(o.index));
+        let raw = DVector::from_vec(now.raw(o.index));
+        let (g, d) = at(o.index, raw.as_slice())?;
+        let left = g + &d * (&read - &raw);
+        let sd = DVector::from_column_slice(&o.raw_sd);
+        let step = step(&d, &sd, block, &left);
+        let there = step.map(|step| &read - step).and_then(|raw| {
+            let (_, d) = at(o.index, raw.as_slice()).ok()?;
+            let shift = d * (&read - &raw);
+            shift.iter().all(|s| s.is_finite()).then_some((raw, shift))
+        });
+        Ok(match there {
+            Some((raw, shift)) => (raw.as_slice().to_vec(), shift.as_slice().to_vec()),
+            None => (read.as_slice().to_vec(), vec![]),
         })
-        .collect::<Result<_, GapError>>()?;
+    })
+    .into_iter()
+    .collect::<Result<_, GapError>>()?;
     let (raws, shifts): (Vec<_>, Vec<_>) = moved.into_iter().unzip();
     let indices = data.observations.iter().map(|o| o.index);
     let replaced: Vec<(usize, Vec<f64>)> = indices.zip(raws).collect();

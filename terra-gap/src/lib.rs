@@ -36,6 +36,7 @@ mod next;
 mod noise;
 mod null;
 mod pairs;
+mod parallel;
 mod predictor;
 mod renewal;
 mod rig;

@@ -7,13 +7,13 @@
 //! (see [`Inherited`]) adds G P G'.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
-use rayon::prelude::*;
 use terra_model::{Dual8, jacobian};
 
 use crate::dataset::DataSet;
 use crate::error::GapError;
 use crate::fit::evaluate;
 use crate::hypothesis::Hypothesis;
+use crate::parallel::for_each;
 use crate::predictor::Predictor;
 
 /// Length of the discrepancy in slip.
@@ -56,19 +56,17 @@ impl NoiseModel {
             .into_iter()
             .map(Dual8::from)
             .collect();
-        let blocks = (0..data.observations.len())
-            .into_par_iter()
-            .map(|i| {
-                let o = &data.observations[i];
-                let raw = predictor.raw(o.index);
-                let (_, d) = jacobian(&raw, |raw| {
-                    predictor.residual8(&hypothesis.law, &p, o.index, raw)
-                })?;
-                let variances =
-                    DVector::from_iterator(raw.len(), o.raw_sd.iter().map(|sd| sd * sd));
-                Ok(&d * DMatrix::from_diagonal(&variances) * d.transpose())
-            })
-            .collect::<Result<Vec<_>, GapError>>()?;
+        let blocks = for_each(data.observations.len(), |i| {
+            let o = &data.observations[i];
+            let raw = predictor.raw(o.index);
+            let (_, d) = jacobian(&raw, |raw| {
+                predictor.residual8(&hypothesis.law, &p, o.index, raw)
+            })?;
+            let variances = DVector::from_iterator(raw.len(), o.raw_sd.iter().map(|sd| sd * sd));
+            Ok(&d * DMatrix::from_diagonal(&variances) * d.transpose())
+        })
+        .into_iter()
+        .collect::<Result<Vec<_>, GapError>>()?;
         Ok(NoiseModel {
             blocks,
             common: None,

@@ -1,13 +1,12 @@
 //! The nominal model's own best: its soil re-fitted, with the noise that belongs to that fit.
 
-use rayon::prelude::*;
-
 use crate::dataset::DataSet;
 use crate::error::GapError;
 use crate::fit::{Fit, fit_from, residual};
 use crate::hypothesis::Hypothesis;
 use crate::latent::recentre;
 use crate::noise::NoiseModel;
+use crate::parallel::for_each;
 use crate::predictor::{AnyPredictor, Predictor};
 use crate::roughness;
 use crate::settings::LogKind;
@@ -183,16 +182,13 @@ pub(crate) fn drop_unanswered(
     centre: &[f64],
 ) {
     let p = null.parameters(centre);
-    let reasons: Vec<Option<String>> = data
-        .observations
-        .par_iter()
-        .map(|o| {
-            predictor
-                .residual(&null.law, &p, o.index, &predictor.raw(o.index))
-                .err()
-                .map(|e| kind_of(&e))
-        })
-        .collect();
+    let reasons: Vec<Option<String>> = for_each(data.observations.len(), |k| {
+        let o = &data.observations[k];
+        predictor
+            .residual(&null.law, &p, o.index, &predictor.raw(o.index))
+            .err()
+            .map(|e| kind_of(&e))
+    });
     let mut reasons = reasons.into_iter();
     data.observations.retain(|_| {
         let reason = reasons.next().flatten();

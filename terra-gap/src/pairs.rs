@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use nalgebra::DMatrix;
-use rayon::prelude::*;
 use terra_model::AnyEffect;
 use terra_model::order::descending;
 
@@ -11,6 +10,7 @@ use crate::candidates::is_instrument;
 use crate::dataset::DataSet;
 use crate::hypothesis::Hypothesis;
 use crate::noise::Whitener;
+use crate::parallel::for_each;
 use crate::predictor::Predictor;
 use crate::renewal::{Before, out};
 use crate::screen::within_reach;
@@ -208,44 +208,55 @@ pub(crate) fn confirm_pairs(
             both(a, b).filter(fresh)
         });
     }
-    let fitted: Vec<Weighed> = unique
-        .into_par_iter()
-        .filter_map(|(a, b, start, guess)| {
-            let h = both(a, b)?;
-            let before = previous.and_then(|p| Some((p, p.pair(&h.effect_name())?)));
-            if let Some((p, found)) = before {
-                let h = &found.hypothesis;
-                if p.out(found) {
-                    return weigh_at(data, predictor, h, levels, &found.plain).ok();
-                }
-                let starts = [found.plain.x.as_slice().to_vec()];
-                return weigh(data, predictor, h, levels, &starts, None, again(kind)).ok();
+    let fitted: Vec<Weighed> = for_each(unique.len(), |k| {
+        let (a, b, start, guess) = &unique[k];
+        let (a, b) = (*a, *b);
+        let h = both(a, b)?;
+        let before = previous.and_then(|p| Some((p, p.pair(&h.effect_name())?)));
+        if let Some((p, found)) = before {
+            let h = &found.hypothesis;
+            if p.out(found) {
+                return weigh_at(data, predictor, h, levels, &found.plain).ok();
             }
-            let starts = match kind {
-                LogKind::Rig => vec![start.clone(), without_second(&start)],
-                LogKind::Drive => vec![without_second(&start)],
-                LogKind::Kinematic => vec![start.clone()],
-            };
-            let guess = (kind == LogKind::Drive).then_some(guess);
-            let pair = weigh(data, predictor, &h, levels, &starts, guess, contest(kind)).ok()?;
-            if kind == LogKind::Drive {
-                // How much a second cause must gain there is a matter of calibration.
-                return Some(pair);
-            }
-            // A second cause must earn its place against the better of the two alone.
-            let alone = |evidence: fn(&Weighed) -> f64| {
-                singles
-                    .iter()
-                    .filter(|(k, _)| *k == a || *k == b)
-                    .filter_map(|(_, w)| w.first())
-                    .map(evidence)
-                    .fold(f64::NEG_INFINITY, f64::max)
-            };
-            let earned = pair.log_evidence > alone(|w| w.log_evidence) + SECOND_CAUSE
-                || pair.plain_log_evidence > alone(|w| w.plain_log_evidence) + SECOND_CAUSE_PLAIN;
-            earned.then_some(pair)
-        })
-        .collect();
+            let starts = [found.plain.x.as_slice().to_vec()];
+            return weigh(data, predictor, h, levels, &starts, None, again(kind)).ok();
+        }
+        let starts = match kind {
+            LogKind::Rig => vec![start.clone(), without_second(start)],
+            LogKind::Drive => vec![without_second(start)],
+            LogKind::Kinematic => vec![start.clone()],
+        };
+        let guess = (kind == LogKind::Drive).then_some(guess);
+        let pair = weigh(
+            data,
+            predictor,
+            &h,
+            levels,
+            &starts,
+            guess.cloned(),
+            contest(kind),
+        )
+        .ok()?;
+        if kind == LogKind::Drive {
+            // How much a second cause must gain there is a matter of calibration.
+            return Some(pair);
+        }
+        // A second cause must earn its place against the better of the two alone.
+        let alone = |evidence: fn(&Weighed) -> f64| {
+            singles
+                .iter()
+                .filter(|(k, _)| *k == a || *k == b)
+                .filter_map(|(_, w)| w.first())
+                .map(evidence)
+                .fold(f64::NEG_INFINITY, f64::max)
+        };
+        let earned = pair.log_evidence > alone(|w| w.log_evidence) + SECOND_CAUSE
+            || pair.plain_log_evidence > alone(|w| w.plain_log_evidence) + SECOND_CAUSE_PLAIN;
+        earned.then_some(pair)
+    })
+    .into_iter()
+    .flatten()
+    .collect();
     pairs.extend(fitted);
     if kind == LogKind::Drive && !roughly {
         let mut all: Vec<&mut Weighed> = pairs.iter_mut().collect();
@@ -291,13 +302,10 @@ fn lead(
             None => Led::Nowhere,
         }
     };
-    let ended: Vec<(Job, Led)> = jobs
-        .into_par_iter()
-        .map(|job| {
-            let end = led(&job);
-            (job, end)
-        })
-        .collect();
+    let ended: Vec<(Job, Led)> = {
+        let ends = for_each(jobs.len(), |k| led(&jobs[k]));
+        jobs.into_iter().zip(ends).collect()
+    };
     let costs = ended.iter().filter_map(|(_, end)| match end {
         Led::At(cost, _) => Some(*cost),
         _ => None,

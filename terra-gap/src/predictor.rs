@@ -2,11 +2,11 @@
 
 use std::sync::Arc;
 
-use rayon::prelude::*;
 use terra_model::{Dual8, Dual16, Law, Scalar};
 
 use crate::dataset::DataSet;
 use crate::error::GapError;
+use crate::parallel::for_each;
 
 /// The residual of one observation as a function of the raw measurements, so that input noise can be propagated: what a kind of
 /// log implements, once for every number.
@@ -36,9 +36,11 @@ pub(crate) trait Predict: Clone + Sync + Send + 'static {
         p: &[f64],
         indices: &[usize],
     ) -> Result<Vec<Vec<f64>>, GapError> {
-        let each = indices.par_iter();
-        each.map(|&i| Predict::residual(self, law, p, i, &Predict::raw(self, i)))
-            .collect()
+        for_each(indices.len(), |k| {
+            Predict::residual(self, law, p, indices[k], &Predict::raw(self, indices[k]))
+        })
+        .into_iter()
+        .collect()
     }
 
     /// Where the values of an observation stand in `raw`, in their order.

@@ -6,12 +6,11 @@
 
 use std::sync::Arc;
 
-use rayon::prelude::*;
-use terra_model::AnyEffect;
 use terra_model::order::ascending;
 
 use crate::fit::Fit;
 use crate::hypothesis::Hypothesis;
+use crate::parallel::for_each;
 use crate::predictor::Predictor;
 use crate::signatures::Asked;
 use crate::thin::Thin;
@@ -29,24 +28,28 @@ pub(crate) fn scout(
     asked: &Asked,
     best: usize,
 ) -> Vec<(usize, Vec<f64>)> {
-    let from_centre = |(k, effect): (usize, &Arc<dyn AnyEffect>)| {
+    let from_centre = |k: usize| {
+        let effect = &asked[k];
         let h = null.with(Arc::clone(effect)).ok()?;
         let mut start = vec![0.0; null.len()];
         let one_sided = effect.params().first().is_some_and(|p| p.one_sided());
         start.resize(h.len(), if one_sided { ONE_SIDED } else { 0.0 });
         Some((k, windows.held_back(predictor, &h, start).ok()?))
     };
-    let mut found: Vec<(usize, Fit)> = asked
-        .par_iter()
-        .enumerate()
-        .filter_map(from_centre)
+    let mut found: Vec<(usize, Fit)> = for_each(asked.len(), from_centre)
+        .into_iter()
+        .flatten()
         .collect();
     nearest(&mut found, CLOSER);
-    let closer = |(k, far): (usize, Fit)| {
+    let closer = |rank: usize| {
+        let (k, ref far) = found[rank];
         let h = null.with(Arc::clone(&asked[k])).ok()?;
-        Some((k, windows.let_go(predictor, &h, &far).ok()?))
+        Some((k, windows.let_go(predictor, &h, far).ok()?))
     };
-    let mut found: Vec<(usize, Fit)> = found.into_par_iter().filter_map(closer).collect();
+    let mut found: Vec<(usize, Fit)> = for_each(found.len(), closer)
+        .into_iter()
+        .flatten()
+        .collect();
     nearest(&mut found, best);
     found
         .into_iter()

@@ -5,14 +5,13 @@
 
 use std::sync::Arc;
 
-use rayon::prelude::*;
-
 use crate::dataset::DataSet;
 use crate::error::GapError;
 use crate::fit::{Effort, Fit, fit_from, fit_near, residual};
 use crate::hypothesis::Hypothesis;
 use crate::noise::{NoiseModel, Whitener};
 use crate::null::starts_of;
+use crate::parallel::for_each;
 use crate::predictor::Predictor;
 use crate::settings::LogKind;
 use crate::setup::Setup;
@@ -64,10 +63,8 @@ pub(crate) fn weigh_structures(
             Some(0.5 * (whitener.apply_vector(&r).norm_squared() + x.norm_squared()))
         })
         .fold(f64::INFINITY, f64::min);
-    let tried: Vec<Result<(String, Weighed), (String, String)>> = setup
-        .structures
-        .par_iter()
-        .filter_map(|rival| {
+    let tried: Vec<Result<(String, Weighed), (String, String)>> = for_each(setup.structures.len(), |k| {
+            let rival = &setup.structures[k];
             let h = Hypothesis::null(rival.law.clone(), Arc::clone(&rival.soil));
             let mut starts = starts_of(&h, setup.kind);
             if setup.kind == LogKind::Rig {
@@ -87,6 +84,8 @@ pub(crate) fn weigh_structures(
             }
             weigh(data, predictor, &h, levels, &starts, None, contest(setup.kind)).ok().map(|w| Ok((rival.name.clone(), w)))
         })
+        .into_iter()
+        .flatten()
         .collect();
     let mut out = Structures::default();
     for one in tried {

@@ -16,7 +16,6 @@ mod monitor;
 mod threshold;
 mod window;
 
-use rayon::prelude::*;
 use terra_data::{DriveLog, Rover};
 use terra_model::Registry;
 
@@ -27,6 +26,7 @@ pub use monitor::{Look, WatchStep};
 
 use crate::drive::{BENT, Slot, Stream, bends};
 use crate::error::GapError;
+use crate::parallel::for_each;
 use baseline::{Learned, learn};
 use monitor::Monitor;
 
@@ -217,18 +217,16 @@ impl Watch {
             State::Watching(watching) => {
                 let (learned, monitor) = &mut **watching;
                 let slots: Vec<Slot> = slots.collect();
-                let read: Vec<_> = slots
-                    .par_iter()
-                    .map(|slot| {
-                        let taken = slot.taken.as_ref()?;
-                        if bends(&taken.scatter, &learned.usual) {
-                            return Some(Err(true));
-                        }
-                        let (number, segment) = (slot.number, slot.segment.as_str());
-                        let found = learned.nominal.contribution(taken, number, segment);
-                        Some(found.map_err(|_| false))
-                    })
-                    .collect();
+                let read: Vec<_> = for_each(slots.len(), |k| {
+                    let slot = &slots[k];
+                    let taken = slot.taken.as_ref()?;
+                    if bends(&taken.scatter, &learned.usual) {
+                        return Some(Err(true));
+                    }
+                    let (number, segment) = (slot.number, slot.segment.as_str());
+                    let found = learned.nominal.contribution(taken, number, segment);
+                    Some(found.map_err(|_| false))
+                });
                 let mut steps = vec![];
                 for window in read.into_iter().flatten() {
                     match window {

@@ -208,8 +208,8 @@ impl Window {
 
 #[cfg(test)]
 mod tests {
-    use rand_chacha::ChaCha8Rng;
-    use rand_chacha::rand_core::SeedableRng;
+    use chacha20::ChaCha8Rng;
+    use chacha20::rand_core::SeedableRng;
     use rand_distr::{Distribution, StandardNormal};
 
     use super::*;

@@ -1,6 +1,6 @@
 //! Uniform numbers from raw bits, the same on every platform.
 
-use rand_chacha::rand_core::Rng;
+use chacha20::rand_core::Rng;
 
 /// Uniform in [0, 1), 53 bits.
 pub(crate) fn uniform(rng: &mut impl Rng) -> f64 {

@@ -2,8 +2,8 @@
 
 #![allow(clippy::unwrap_used, clippy::panic)]
 
-use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::{Rng, SeedableRng};
+use chacha20::ChaCha8Rng;
+use chacha20::rand_core::{Rng, SeedableRng};
 use terra_model::bevameter::{Curve, Fits, Interval, fit_plates, fit_shear};
 
 const ALL: (f64, f64) = (0.0, f64::INFINITY);

@@ -1,7 +1,7 @@
 //! Random numbers: one stream a channel, so that no channel's draws depend on what else is simulated.
 
-use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::SeedableRng;
+use chacha20::ChaCha8Rng;
+use chacha20::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use std::f64::consts::TAU;
 
@@ -75,7 +75,7 @@ fn generator(seed: u64, run: u64, index: u64) -> ChaCha8Rng {
 }
 
 /// Uniform numbers that decide on a channel's faults.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub(crate) struct Faults(ChaCha8Rng);
 
 impl Faults {
@@ -90,7 +90,7 @@ impl Faults {
 }
 
 /// White Gaussian noise of one channel.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub(crate) struct White {
     rng: ChaCha8Rng,
     sd: f64,

@@ -1,7 +1,7 @@
 //! Draws for a challenge: one generator a case, so that no case depends on another or on threads.
 
-use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::SeedableRng;
+use chacha20::ChaCha8Rng;
+use chacha20::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal, StandardUniform};
 
 /// One stream of random numbers.

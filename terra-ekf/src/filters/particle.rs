@@ -14,9 +14,9 @@
 //! (Rao-Blackwellised); J. Liu, M. West in *Sequential Monte Carlo Methods in Practice*, 2001 (kernel with shrinkage); C. Musso,
 //! N. Oudjane, F. Le Gland, ibid. (progressive correction).
 
+use chacha20::ChaCha8Rng;
+use chacha20::rand_core::{Rng, SeedableRng};
 use nalgebra::{DMatrix, DVector};
-use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::{Rng, SeedableRng};
 use rand_distr::{Distribution, StandardNormal};
 
 use super::Model;
@@ -43,11 +43,24 @@ enum Kind {
     Sampled(Box<Cloud>),
 }
 
-#[derive(Clone)]
 struct Cloud {
     states: Vec<DVector<f64>>,
     log_weights: Vec<f64>,
     rng: ChaCha8Rng,
+}
+
+impl Clone for Cloud {
+    fn clone(&self) -> Self {
+        // A generator is not cloned by accident; a filter that is must draw what it would have drawn.
+        let mut rng = ChaCha8Rng::from_seed(self.rng.get_seed());
+        rng.set_stream(self.rng.get_stream());
+        rng.set_word_pos(self.rng.get_word_pos());
+        Cloud {
+            states: self.states.clone(),
+            log_weights: self.log_weights.clone(),
+            rng,
+        }
+    }
 }
 
 impl Particle {
@@ -82,6 +95,17 @@ impl Particle {
     }
 }
 
+/// Weights summing to 1.
+fn weights(log_weights: &[f64]) -> Vec<f64> {
+    let largest = log_weights
+        .iter()
+        .copied()
+        .fold(f64::NEG_INFINITY, f64::max);
+    let raw: Vec<f64> = log_weights.iter().map(|l| (l - largest).exp()).collect();
+    let sum: f64 = raw.iter().sum();
+    raw.into_iter().map(|w| w / sum).collect()
+}
+
 fn uniform(rng: &mut ChaCha8Rng) -> f64 {
     (rng.next_u64() >> 11) as f64 / (1u64 << 53) as f64
 }
@@ -103,18 +127,7 @@ impl Cloud {
 
     /// w (N), summing to 1.
     fn weights(&self) -> Vec<f64> {
-        let largest = self
-            .log_weights
-            .iter()
-            .copied()
-            .fold(f64::NEG_INFINITY, f64::max);
-        let raw: Vec<f64> = self
-            .log_weights
-            .iter()
-            .map(|l| (l - largest).exp())
-            .collect();
-        let sum: f64 = raw.iter().sum();
-        raw.into_iter().map(|w| w / sum).collect()
+        weights(&self.log_weights)
     }
 
     /// Weighted mean, and weighted covariance of two sets of vectors that share the weights.
@@ -237,17 +250,13 @@ impl Cloud {
     /// The largest power of a likelihood, up to `left`, that leaves a third of the samples effective.
     fn bearable(&self, likelihood: &[f64], left: f64) -> f64 {
         let effective = |power: f64| {
-            let moved = Cloud {
-                states: Vec::new(),
-                log_weights: self
-                    .log_weights
-                    .iter()
-                    .zip(likelihood)
-                    .map(|(w, l)| w + power * l)
-                    .collect(),
-                rng: self.rng.clone(),
-            };
-            1.0 / moved.weights().iter().map(|w| w * w).sum::<f64>()
+            let moved: Vec<f64> = self
+                .log_weights
+                .iter()
+                .zip(likelihood)
+                .map(|(w, l)| w + power * l)
+                .collect();
+            1.0 / weights(&moved).iter().map(|w| w * w).sum::<f64>()
         };
         let enough = likelihood.len() as f64 / 3.0;
         if effective(left) >= enough {
@@ -373,6 +382,31 @@ impl Method for Particle {
         match &mut self.kind {
             Kind::Marginal(_) => None,
             Kind::Sampled(cloud) => Some(cloud.weigh(at)),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Also from the middle of a block of the generator.
+    #[test]
+    fn a_clone_draws_what_the_original_draws() {
+        let mut cloud = Cloud {
+            states: vec![],
+            log_weights: vec![],
+            rng: ChaCha8Rng::seed_from_u64(3),
+        };
+        cloud.rng.set_stream(5);
+        for drawn in [0, 1, 7, 30] {
+            for _ in 0..drawn {
+                cloud.rng.next_u32();
+            }
+            let mut copy = cloud.clone();
+            let next =
+                |rng: &mut ChaCha8Rng| -> Vec<u64> { (0..9).map(|_| rng.next_u64()).collect() };
+            assert_eq!(next(&mut copy.rng), next(&mut cloud.rng), "after {drawn}");
         }
     }
 }

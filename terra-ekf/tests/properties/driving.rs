@@ -1,7 +1,7 @@
 //! Data that the filter's model does not describe exactly: the light robot on soils of the literature, torque ramp down.
 
+use chacha20::ChaCha8Rng;
 use nalgebra::DVector;
-use rand_chacha::ChaCha8Rng;
 use terra_ekf::spaces::longitudinal_robot::{F, LongitudinalRobot, R, T, V, W};
 use terra_ekf::{
     Consistency, FilterConfig, ForceConfig, Gaussian, RobotLog, Side, SlipState, Step,

@@ -14,7 +14,6 @@ pub(crate) use free::FREE;
 use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector};
-use rayon::prelude::*;
 use terra_model::AnyEffect;
 use terra_model::order::{ascending, descending};
 
@@ -22,6 +21,7 @@ use crate::dataset::DataSet;
 use crate::fit::{Fit, evaluate_from};
 use crate::hypothesis::Hypothesis;
 use crate::noise::Whitener;
+use crate::parallel::for_each;
 use crate::predictor::Predictor;
 use crate::screen::{Tangent, within_reach};
 use crate::setup::{Screened, Setup};
@@ -278,13 +278,14 @@ pub(crate) fn ask_again(
         names.push(name(*i));
         new
     });
-    let found: Vec<(usize, Weighed)> = order
-        .into_par_iter()
-        .filter_map(|i| {
-            let w = reshape(ground, regime, &singles[i].1[0], rival)?;
-            Some((i, w))
-        })
-        .collect();
+    let found: Vec<(usize, Weighed)> = for_each(order.len(), |rank| {
+        let i = order[rank];
+        let w = reshape(ground, regime, &singles[i].1[0], rival)?;
+        Some((i, w))
+    })
+    .into_iter()
+    .flatten()
+    .collect();
     for (i, w) in found {
         singles[i].1.push(w);
     }

@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use nalgebra::DMatrix;
-use rayon::prelude::*;
 use serde::Serialize;
 use terra_data::Rover;
 use terra_model::{AnyEffect, Registry};
@@ -21,6 +20,7 @@ use crate::error::GapError;
 use crate::hypothesis::Hypothesis;
 use crate::mock::roughness_of;
 use crate::null::{Refit, drop_unanswered, refit};
+use crate::parallel::for_each;
 use crate::run::setup;
 use crate::settings::{LogKind, Settings};
 
@@ -178,10 +178,11 @@ pub(crate) fn learn(
         .iter()
         .filter_map(|o| straight.get(o.index))
         .collect();
-    let contributions: Vec<Contribution> = kept
-        .par_iter()
-        .map(|(number, t)| nominal.contribution(t, *number, ""))
-        .collect::<Result<_, GapError>>()?;
+    let contributions: Vec<Contribution> = for_each(kept.len(), |k| {
+        nominal.contribution(&kept[k].1, kept[k].0, "")
+    })
+    .into_iter()
+    .collect::<Result<_, GapError>>()?;
     let n = contributions.len();
     let names = score_names(&nominal);
     let scales = scales(&contributions, &nominal, names.len());

@@ -3,8 +3,8 @@
 //! # Reference
 //! L. E. Ray, Proc. SPIE (2008): soils of the set perturbed by 10 %.
 
-use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::SeedableRng;
+use chacha20::ChaCha8Rng;
+use chacha20::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use terra_model::{ForceLaw, Param};
 

@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
+use chacha20::ChaCha8Rng;
 use nalgebra::{DMatrix, DVector};
 use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use terra_mme::{ForceObservation, HypothesisSet};
 use terra_model::{
