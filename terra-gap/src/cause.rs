@@ -2,6 +2,8 @@
 
 use std::cmp::Ordering;
 
+use terra_model::order::descending;
+
 use crate::calibration::{Calibration, Evidence, Weight, best_behind};
 use crate::candidates::is_instrument;
 use crate::contrast::needs_another_form;
@@ -11,7 +13,6 @@ use crate::rivals::Rivals;
 use crate::settings::{LogKind, Settings};
 use crate::setup::{ADEQUATE, LOOK_ALIKE, OTHER_SOIL, Setup};
 use crate::weigh::Weighed;
-use terra_model::order::descending;
 
 /// What kind of answer a cause is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use nalgebra::DVector;
+use terra_model::order::descending;
 
 use crate::contenders::Contenders;
 use crate::dataset::DataSet;
@@ -17,7 +18,6 @@ use crate::setup::{Screened, Setup};
 use crate::signatures::Asked;
 use crate::starts::{better_of, far_start, start_anew, weigh_elsewhere};
 use crate::weigh::{Amplitudes, Weighed, again, contest, weigh, weigh_at};
-use terra_model::order::descending;
 
 /// Screened gain up to which an effect of a drive, beyond the surest, is weighed by its screen alone: where the data do not ask
 /// for it, its magnitude is small against its own noise and the tangent is as good as the law.

@@ -1,5 +1,7 @@
 //! Which single effects are fitted, in which order, and where those begin that were found from elsewhere.
 
+use terra_model::order::descending;
+
 use crate::hypothesis::Hypothesis;
 use crate::predictor::Predictor;
 use crate::renewal::Before;
@@ -8,7 +10,6 @@ use crate::settings::LogKind;
 use crate::setup::Screened;
 use crate::signatures::Asked;
 use crate::weigh::{Amplitudes, NEAR, Weighed};
-use terra_model::order::descending;
 
 /// Nats from the best within which a screened effect is confirmed.
 const WITHIN: f64 = 10.0;

@@ -13,6 +13,7 @@
 
 use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, StudentsT};
+use terra_model::order::ascending;
 
 use crate::dataset::DataSet;
 use crate::error::GapError;
@@ -21,7 +22,6 @@ use crate::hypothesis::Hypothesis;
 use crate::noise::NoiseModel;
 use crate::parallel::for_each;
 use crate::predictor::Predictor;
-use terra_model::order::ascending;
 
 /// What one group is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,10 +1,10 @@
 //! Where the gap is: channel x regime, after the soil was re-fitted.
 
 use serde::Serialize;
+use terra_model::order::{ascending, descending};
 
 use crate::dataset::DataSet;
 use crate::fit::Fit;
-use terra_model::order::{ascending, descending};
 
 /// One place where the re-fitted model still differs from the data.
 #[derive(Clone, Debug, Serialize, PartialEq)]

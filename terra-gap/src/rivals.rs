@@ -3,6 +3,8 @@
 
 use std::sync::Arc;
 
+use terra_model::order::descending;
+
 use crate::candidates::Candidates;
 use crate::dataset::DataSet;
 use crate::error::GapError;
@@ -18,7 +20,6 @@ use crate::setup::{ADEQUATE, Screened, Setup};
 use crate::structures::weigh_structures;
 use crate::unknown;
 use crate::weigh::{Weighed, unknown_amplitudes};
-use terra_model::order::descending;
 
 /// Misfit per value up to which an explanation of a drive is adequate.
 const ADEQUATE_DRIVE: f64 = 1.3;

@@ -5,6 +5,8 @@
 
 use std::sync::Arc;
 
+use terra_model::order::ascending;
+
 use crate::dataset::DataSet;
 use crate::error::GapError;
 use crate::fit::{Effort, Fit, fit_from, fit_near, residual};
@@ -16,7 +18,6 @@ use crate::predictor::Predictor;
 use crate::settings::LogKind;
 use crate::setup::Setup;
 use crate::weigh::{Amplitudes, Weighed, contest, weigh};
-use terra_model::order::ascending;
 
 /// Windows of a drive that a model is tried on first.
 const TRIED_ON: usize = 16;

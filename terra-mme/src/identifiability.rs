@@ -8,10 +8,10 @@
 //! G. H. Golub, C. F. Van Loan, *Matrix Computations*, section 2.4 (SVD); Laplace approximation around the fit.
 
 use nalgebra::{DMatrix, DVector, SVD};
+use terra_model::order::{ascending, descending};
 
 use crate::error::EstimatorError;
 use crate::fit_space::FitSpace;
-use terra_model::order::{ascending, descending};
 
 /// Posterior over prior sd above which a direction counts as undetermined.
 pub const WEAK: f64 = 0.8;

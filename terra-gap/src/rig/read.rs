@@ -3,12 +3,12 @@
 use std::collections::BTreeMap;
 
 use terra_data::{RigLog, RigRow, Rover};
+use terra_model::order::ascending;
 
 use super::{Output, RigPredictor, Row};
 use crate::dataset::{ChannelInfo, DataSet, Factors, Observation};
 use crate::error::GapError;
 use crate::logs::Logs;
-use terra_model::order::ascending;
 
 /// A row of one of several logs.
 #[derive(Clone, Copy)]

@@ -1,10 +1,10 @@
 //! One event: when and where a gap opened, and what it looks like.
 
 use serde::Serialize;
+use terra_model::order::{ascending, descending};
 
 use super::baseline::Learned;
 use super::window::{Contribution, Span, Spot, Standing, soil_change};
-use terra_model::order::{ascending, descending};
 
 /// A factor orders the readings when its trend is this clear.
 const TREND: f64 = 3.0;

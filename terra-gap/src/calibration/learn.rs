@@ -1,0 +1,341 @@
+//! How a calibration is learned from cases whose truth was known.
+//!
+//! # Equation
+//! T, ε, δ and γ minimise Σ -ln P(truth), γ only where cases with two causes say what it costs, else it is the 95 % quantile of
+//! what needless ones gained. The set is the smallest whose probability reaches the level that held the truth in 90 % of the
+//! cases, .75 at least, or else all that the floor leaves; a name needs a gain above the 95 % quantile of what the best effect
+//! gained on cases without any.
+//!
+//! # Reference
+//! V. Vovk, A. Gammerman, G. Shafer, Algorithmic Learning in a Random World, 2005 (the set's level).
+
+use terra_model::order::ascending;
+
+use super::{Calibration, Weight};
+
+/// One case with known truth.
+#[derive(Clone, Debug)]
+pub struct Case {
+    /// Index of the true answer.
+    pub(crate) truth: usize,
+    /// Number of causes: after them come none and unknown.
+    pub(crate) causes: usize,
+    /// Every answer.
+    pub(crate) weights: Vec<Weight>,
+    /// The truth has another form than any answer.
+    pub(crate) another_form: bool,
+}
+
+impl Case {
+    /// The same case, its effect being in a form that no answer has: a second cause is not needless there.
+    #[must_use]
+    pub fn in_another_form(self) -> Self {
+        Case {
+            another_form: true,
+            ..self
+        }
+    }
+
+    /// The largest gain of one cause, or of two.
+    fn best(&self, second: bool) -> Option<f64> {
+        let causes = self.weights.iter().take(self.causes);
+        causes
+            .filter(|w| if second { w.second } else { w.is_alone() })
+            .map(|w| w.gain)
+            .max_by(f64::total_cmp)
+    }
+
+    fn is_null(&self) -> bool {
+        self.truth == self.causes
+    }
+
+    /// What a second cause gained although there was one alone.
+    fn needless_gain(&self) -> Option<f64> {
+        let single = self
+            .weights
+            .get(self.truth)
+            .is_some_and(|w| w.is_alone() && self.truth < self.causes && !self.another_form);
+        single.then(|| Some(self.best(true)? - self.best(false)?))?
+    }
+}
+
+const HIGHEST_TEMPERATURE: f64 = 30.0;
+/// Floors that are tried.
+const FLOORS: [f64; 9] = [0.0, 0.005, 0.01, 0.02, 0.03, 0.05, 0.08, 0.12, 0.2];
+/// Doubts that are tried.
+const DOUBTS: [f64; 10] = [0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9];
+/// Gains \[nats\] of a second cause that are tried: up to the last, in steps of one half.
+const SECOND_GAINS: u32 = 40;
+/// Loss \[nats\] over all cases by which two such gains are as good as each other.
+const FLAT: f64 = 0.01;
+/// Probability that every set reaches: where most cases are clear the truth is held often enough by first answers alone, and
+/// a case that is not clear would be answered by a name as probable as a coin's side.
+const LEAST_SET: f64 = 0.75;
+/// Cases with two causes from which they say what asking more of a second one costs.
+const ENOUGH_PAIRS: usize = 20;
+
+impl Calibration {
+    /// Learns from cases; what they are too few to show stays as `fallback` has it. A case without answers, of a log that
+    /// tells nothing, teaches nothing and is not counted.
+    pub fn learn(cases: &[Case], fallback: &Calibration, source: String) -> Self {
+        let cases: Vec<&Case> = cases.iter().filter(|c| !c.weights.is_empty()).collect();
+        let mut out = Calibration {
+            cases: cases.len(),
+            source,
+            ..fallback.clone()
+        };
+        if cases.is_empty() {
+            return out;
+        }
+        let needless = cases.iter().filter_map(|c| c.needless_gain());
+        let needless: Vec<f64> = needless.collect();
+        if let Some(gain) = upper_quantile(&needless, 0.95) {
+            out.second_gain = gain.max(0.0);
+        }
+        out.learn_doubts(&cases);
+        let pairs = cases.iter().filter(|c| c.weights[c.truth].second);
+        if pairs.count() >= ENOUGH_PAIRS {
+            out.learn_second_gain(&cases);
+            out.learn_doubts(&cases);
+        }
+        let levels: Vec<f64> = cases.iter().map(|c| out.level_of(c)).collect();
+        if let Some(level) = upper_quantile(&levels, 0.9) {
+            // What the floor spreads over all answers no set of a few can gather: it would name thirty to hold the few cases
+            // in which evidence says nothing.
+            out.set_probability = level.clamp(LEAST_SET, 1.0 - out.floor.max(0.001));
+        }
+        let nulls: Vec<f64> = cases
+            .iter()
+            .filter(|c| c.is_null())
+            .filter_map(|c| c.best(false))
+            .collect();
+        if let Some(gain) = upper_quantile(&nulls, 0.95) {
+            out.null_gain = gain.max(0.0);
+        }
+        out
+    }
+
+    /// Σ -ln P(truth).
+    fn loss(&self, cases: &[&Case]) -> f64 {
+        let surprise = |c: &&Case| -self.probabilities(&c.weights)[c.truth].max(1e-9).ln();
+        cases.iter().map(surprise).sum()
+    }
+
+    /// Temperature, floor and doubt of pairs of the least loss, on a grid: it is smooth and its minimum broad.
+    fn learn_doubts(&mut self, cases: &[&Case]) {
+        let steps = 60;
+        let mut best = f64::INFINITY;
+        for (floor, pair_doubt) in FLOORS.iter().flat_map(|f| DOUBTS.map(|d| (*f, d))) {
+            for k in 0..=steps {
+                let mut trial = self.clone();
+                (trial.floor, trial.pair_doubt) = (floor, pair_doubt);
+                trial.temperature = HIGHEST_TEMPERATURE.powf(f64::from(k) / f64::from(steps));
+                let loss = trial.loss(cases);
+                if loss < best {
+                    (best, *self) = (loss, trial);
+                }
+            }
+        }
+    }
+
+    /// Gain of a second cause of the least loss. Between the largest needless gain and the least one of a true pair the loss
+    /// is flat: the middle is as far from either mistake.
+    fn learn_second_gain(&mut self, cases: &[&Case]) {
+        let losses = (0..=SECOND_GAINS).map(|k| {
+            let mut trial = self.clone();
+            trial.second_gain = 0.5 * f64::from(k);
+            (trial.second_gain, trial.loss(cases))
+        });
+        let losses: Vec<(f64, f64)> = losses.collect();
+        let least = losses.iter().map(|l| l.1).fold(f64::INFINITY, f64::min);
+        let flat: Vec<f64> = losses
+            .iter()
+            .filter(|l| l.1 <= least + FLAT)
+            .map(|l| l.0)
+            .collect();
+        if let (Some(first), Some(last)) = (flat.first(), flat.last()) {
+            self.second_gain = 0.5 * (first + last);
+        }
+    }
+
+    /// Probability that must be gathered, best first, before the truth joins the set.
+    fn level_of(&self, case: &Case) -> f64 {
+        let p = self.probabilities(&case.weights);
+        let truth = p[case.truth];
+        // The set takes answers until the level is reached: what stands before the truth must fall short of it.
+        p.iter().filter(|q| **q > truth).sum::<f64>() + 1e-9
+    }
+}
+
+/// The smallest value not below a share of draws to come: the ceil((n + 1) share)-th; none where the draws are too few.
+fn upper_quantile(values: &[f64], share: f64) -> Option<f64> {
+    let mut sorted = values.to_vec();
+    ascending(&mut sorted, |v| *v);
+    let rank = ((values.len() + 1) as f64 * share).ceil() as usize;
+    sorted.get(rank.checked_sub(1)?).copied()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Evidence;
+    use super::super::tests::{single, start};
+    use super::*;
+
+    /// Evidences that are right seven times out of ten whatever they claim: P(truth) must come out as .7.
+    #[test]
+    fn overconfident_evidence_is_cooled() {
+        let half = 0.5f64.ln();
+        let cases: Vec<Case> = (0..100)
+            .map(|k| Case {
+                truth: usize::from(k % 10 >= 7),
+                causes: 2,
+                weights: vec![single(half, 8.0), single(half, 0.0)],
+                another_form: false,
+            })
+            .collect();
+        let learned = Calibration::learn(&cases, &start(), "test".to_owned());
+        let p = learned.probabilities(&cases[0].weights)[0];
+        assert!((p - 0.7).abs() < 0.02, "{p}");
+        // Three in ten truths stand behind .7 of probability: the set must go past it.
+        assert!(learned.set_probability >= 0.68, "{learned:?}");
+        assert_eq!(learned.null_gain, 3.0);
+    }
+
+    /// A log that tells nothing has no answers, and a case of it changes nothing.
+    #[test]
+    fn a_case_without_answers_teaches_nothing() {
+        let cases = |silent: usize| -> Vec<Case> {
+            let told = |k: usize| Case {
+                truth: k % 2,
+                causes: 1,
+                weights: vec![single(-0.7, 5.0), single(-0.7, 0.0)],
+                another_form: false,
+            };
+            let silent = (0..silent).map(|_| Evidence::default().case("slope"));
+            (0..20).map(told).chain(silent).collect()
+        };
+        let learned = |silent| Calibration::learn(&cases(silent), &start(), "test".to_owned());
+        assert_eq!(learned(3), learned(0));
+        assert_eq!(learned(3).cases, 20);
+        let nothing: Vec<Case> = cases(3).split_off(20);
+        assert_eq!(
+            Calibration::learn(&nothing, &start(), String::new()).cases,
+            0
+        );
+    }
+
+    /// Evidence of a hundred nats that is wrong once in ten: no temperature mends that, the floor does.
+    #[test]
+    fn what_no_hypothesis_knows_is_left_to_the_prior() {
+        let half = 0.5f64.ln();
+        let cases: Vec<Case> = (0..100)
+            .map(|k| Case {
+                truth: usize::from(k % 10 == 0),
+                causes: 2,
+                weights: vec![single(half, 100.0), single(half, 0.0)],
+                another_form: false,
+            })
+            .collect();
+        let learned = Calibration::learn(&cases, &start(), "test".to_owned());
+        let p = learned.probabilities(&cases[0].weights);
+        assert!((p[0] - 0.9).abs() < 0.02, "{learned:?} {p:?}");
+        assert!((p[0] + p[1] - 1.0).abs() < 1e-12);
+    }
+
+    /// 95 % of 19 nulls lie at or below the largest: ceil(20 * .95) = 19.
+    #[test]
+    fn the_threshold_is_the_quantile_of_nulls() {
+        let cases: Vec<Case> = (0..19)
+            .map(|k| Case {
+                truth: 1,
+                causes: 1,
+                weights: vec![single(0.0, f64::from(k) / 4.0), single(0.0, 0.0)],
+                another_form: false,
+            })
+            .collect();
+        let learned = Calibration::learn(&cases, &start(), String::new());
+        assert_eq!(learned.null_gain, 4.5);
+        assert_eq!(upper_quantile(&[1.0, 2.0], 0.95), None);
+    }
+
+    /// One cause beside which a needless second one gains up to 8 nats, two causes of which the second gains 16 or more: what is
+    /// asked for lies between, nearer to neither. With one cause alone in every case it is the quantile of what is needless.
+    #[test]
+    fn what_a_second_cause_must_gain_weighs_both_mistakes() {
+        let case = |pair: f64, two: bool| Case {
+            truth: if two { 1 } else { 0 },
+            causes: 2,
+            weights: vec![
+                single(-1.0, 10.0),
+                Weight {
+                    ln_prior: -3.0,
+                    gain: 10.0 + pair,
+                    second: true,
+                    parts: Some([0, 0]),
+                    free: false,
+                    behind: None,
+                    misfits: false,
+                },
+                single(-1.0, 0.0),
+                single(-3.0, 0.0),
+            ],
+            another_form: false,
+        };
+        let mut cases: Vec<Case> = (0..80).map(|k| case(f64::from(k) / 10.0, false)).collect();
+        let alone = Calibration::learn(&cases, &start(), "test".to_owned());
+        assert!((alone.second_gain - 7.6).abs() < 1e-9, "{alone:?}");
+        cases.extend((0..20).map(|k| case(16.0 + f64::from(k), true)));
+        let both = Calibration::learn(&cases, &start(), "test".to_owned());
+        assert!((9.0..15.0).contains(&both.second_gain), "{both:?}");
+    }
+
+    /// Pairs that are right half of the time and otherwise something unknown, in as strong a voice: half of their probability
+    /// goes, and singles keep theirs.
+    #[test]
+    fn pairs_that_stand_for_something_else_are_doubted() {
+        let weights = |pair: f64| {
+            let second = Weight {
+                ln_prior: -3.0,
+                gain: pair,
+                second: true,
+                parts: Some([0, 1]),
+                free: false,
+                behind: None,
+                misfits: false,
+            };
+            let none = single(-2.0, 0.0);
+            vec![
+                single(-2.0, 50.0),
+                single(-2.0, 20.0),
+                second,
+                none,
+                single(-2.0, 0.0),
+            ]
+        };
+        let cases: Vec<Case> = (0..80)
+            .map(|k| {
+                let (truth, gain) = match k % 4 {
+                    0 => (2, 150.0),
+                    1 => (4, 150.0),
+                    _ => (0, 40.0),
+                };
+                Case {
+                    truth,
+                    causes: 3,
+                    weights: weights(gain),
+                    another_form: false,
+                }
+            })
+            .collect();
+        let learned = Calibration::learn(&cases, &start(), "test".to_owned());
+        let pair = learned.probabilities(&weights(150.0));
+        assert!((0.3..0.6).contains(&pair[2]), "{learned:?} {pair:?}");
+        assert!(
+            (pair[4] - pair[0]).abs() < 1e-3 && pair[0] > 0.2 && pair[1] < 1e-3,
+            "{pair:?}"
+        );
+        assert!((pair.iter().sum::<f64>() - 1.0).abs() < 1e-12);
+        let one = learned.probabilities(&weights(40.0));
+        assert!(one[0] > 0.98, "{learned:?} {one:?}");
+    }
+}
