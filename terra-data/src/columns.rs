@@ -209,7 +209,14 @@ impl<'a> Binder<'a> {
                         format!("it (or '{}', as [columns] says) in every {log}", map.from)
                     }
                     None => {
-                        format!("it in every {log}; [columns] in the rover file maps other names")
+                        let how = if contract == "ground_speed_m_s" {
+                            ", [filter] ground_speed = \"none\" says that there is none"
+                        } else {
+                            ""
+                        };
+                        format!(
+                            "it in every {log}; [columns] in the rover file maps other names{how}"
+                        )
                     }
                 };
                 Err(self.absent(contract, expected))
