@@ -11,8 +11,11 @@
 //! Loads: N_f = m (g' l_r - h a_x)/(2 L) a front wheel, N_r likewise, g' = g cos(pitch) cos(roll); a turn and a side slope
 //! move load to the right wheels, N (1 + 2 h a_y/(g' t_w)), with a_y = v r + g cos(pitch) sin(roll): the vehicle does not
 //! drift. A wheel x ahead of the centre then has the slip angle atan(x r/|v|).
+//!
+//! A ground speed that is e late: v(t) = u(t + e) with u as logged, between the windows around ([`ahead`]).
 
 mod abreast;
+mod ahead;
 mod choice;
 mod read;
 mod stream;
@@ -48,12 +51,14 @@ const ACCEL: usize = 4;
 const SPEED_RATE: usize = 5;
 const YAW_ACCELERATION: usize = 6;
 const VALUES: usize = 7;
-/// Inputs behind the values: v, r, four ω, four ω'.
+/// Inputs behind the values: v, r, four ω, four ω', and v of the two windows that follow and of the one
+/// before.
 const SPEED: usize = 7;
 const YAW_RATE: usize = 8;
 const WHEEL: usize = 9;
 const WHEEL_RATE: usize = 13;
-const RAW: usize = 17;
+const AROUND: usize = 17;
+const RAW: usize = 20;
 
 #[derive(Clone, Debug)]
 pub(crate) struct Window {
@@ -69,6 +74,10 @@ pub(crate) struct Window {
     earlier_passes: f64,
     path: f64,
     time: f64,
+    /// Times from its middle to those of the two windows that follow and of the one before \[s\].
+    around: [f64; 3],
+    /// How many of these there are, the first ones.
+    known: usize,
     /// Number of its log.
     log: usize,
 }
@@ -82,6 +91,7 @@ struct Given<T> {
     earlier_passes: T,
     path: T,
     time: T,
+    around: [T; 3],
     forwards: bool,
 }
 
@@ -96,6 +106,7 @@ impl<T: Scalar> From<&Window> for Given<T> {
             earlier_passes: T::from(window.earlier_passes),
             path: T::from(window.path),
             time: T::from(window.time),
+            around: window.around.map(T::from),
             forwards: window.forwards(),
         }
     }
@@ -143,10 +154,12 @@ impl DrivePredictor {
         // The operator weighed the payload; an error of the file's mass does not scale it.
         vehicle.mass += given.payload;
         let rate = raw[SPEED_RATE];
-        let reported = raw[SPEED] + rate * offset;
-        let speed = sensor::truth(law, p, Channel::GroundSpeed, reported, rate);
+        let late = sensor::delay(law, p, Channel::GroundSpeed, raw[SPEED]);
+        let (gained, quicker) = ahead::gained(raw, &given.around, offset, late);
+        let reported = raw[SPEED] + rate * offset + gained;
+        let speed = sensor::truth(law, p, Channel::GroundSpeed, reported);
         let speed_gain = sensor::gain(law, p, Channel::GroundSpeed, reported);
-        let acceleration = rate / speed_gain;
+        let acceleration = (rate + quicker) / speed_gain;
         let yaw_rate = raw[YAW_RATE] + raw[YAW_ACCELERATION] * offset;
         let wheel: [T; 4] = std::array::from_fn(|q| raw[WHEEL + q] + raw[WHEEL_RATE + q] * offset);
 
@@ -238,7 +251,7 @@ impl DrivePredictor {
             predicted[TORQUE + q] = sensor::report(law, p, Channel::WheelTorque, delivered, zero);
         }
         predicted[ACCEL] = sensor::report(law, p, Channel::AccelX, felt, zero);
-        predicted[SPEED_RATE] = (felt - sin * GRAVITY) * speed_gain;
+        predicted[SPEED_RATE] = (felt - sin * GRAVITY) * speed_gain - quicker;
         predicted[YAW_ACCELERATION] = turning;
         Ok(predicted)
     }
@@ -269,6 +282,10 @@ impl DrivePredictor {
 impl Predict for DrivePredictor {
     fn raw(&self, index: usize) -> Vec<f64> {
         self.windows[index].raw.to_vec()
+    }
+
+    fn read(&self, index: usize) -> usize {
+        AROUND + self.windows[index].known
     }
 
     fn residual<T: Scalar>(

@@ -46,7 +46,7 @@ impl Moved {
 }
 
 /// Moves the inputs of all observations to where they most probably were under a fit, from what was `measured` and where they
-/// are `now`. An observation that has no answer there stays as it was measured.
+/// are `now`. An observation that has no answer there stays as it was measured, and so does what was never read.
 ///
 /// # Errors
 /// Where the model has no answer at what was measured.
@@ -65,20 +65,22 @@ pub(crate) fn recentre(
     };
     let moved: Vec<(Vec<f64>, Vec<f64>)> = for_each(data.observations.len(), |k| {
         let (o, block) = (&data.observations[k], &noise.blocks[k]);
-        let read = DVector::from_vec(measured.raw(o.index));
+        let taken = DVector::from_vec(measured.raw(o.index));
         let raw = DVector::from_vec(now.raw(o.index));
         let (g, d) = at(o.index, raw.as_slice())?;
-        let left = g + &d * (&read - &raw);
-        let sd = DVector::from_column_slice(&o.raw_sd);
+        let left = g + &d * (&taken - &raw);
+        let read = measured.read(o.index);
+        let moves = |(k, sd): (usize, &f64)| if k < read { *sd } else { 0.0 };
+        let sd = DVector::from_iterator(o.raw_sd.len(), o.raw_sd.iter().enumerate().map(moves));
         let step = step(&d, &sd, block, &left);
-        let there = step.map(|step| &read - step).and_then(|raw| {
+        let there = step.map(|step| &taken - step).and_then(|raw| {
             let (_, d) = at(o.index, raw.as_slice()).ok()?;
-            let shift = d * (&read - &raw);
+            let shift = d * (&taken - &raw);
             shift.iter().all(|s| s.is_finite()).then_some((raw, shift))
         });
         Ok(match there {
             Some((raw, shift)) => (raw.as_slice().to_vec(), shift.as_slice().to_vec()),
-            None => (read.as_slice().to_vec(), vec![]),
+            None => (taken.as_slice().to_vec(), vec![]),
         })
     })
     .into_iter()

@@ -14,6 +14,11 @@ pub(crate) trait Predict: Clone + Sync + Send + 'static {
     /// Raw quantities (values and inputs) of an observation.
     fn raw(&self, index: usize) -> Vec<f64>;
 
+    /// How many of these were read, the first ones; what stands behind them is assumed.
+    fn read(&self, _index: usize) -> usize {
+        usize::MAX
+    }
+
     /// Residual `values - prediction` at raw measurements `raw` and parameters `p` of the law.
     ///
     /// # Errors
@@ -58,6 +63,9 @@ pub(crate) trait Predict: Clone + Sync + Send + 'static {
 pub(crate) trait Predictor: Sync + Send {
     /// As [`Predict::raw`].
     fn raw(&self, index: usize) -> Vec<f64>;
+
+    /// As [`Predict::read`].
+    fn read(&self, index: usize) -> usize;
 
     /// As [`Predict::residual`].
     ///
@@ -119,6 +127,10 @@ pub(crate) type AnyPredictor = Arc<dyn Predictor>;
 impl<K: Predict> Predictor for K {
     fn raw(&self, index: usize) -> Vec<f64> {
         Predict::raw(self, index)
+    }
+
+    fn read(&self, index: usize) -> usize {
+        Predict::read(self, index)
     }
 
     fn residual(

@@ -131,7 +131,7 @@ impl RigPredictor {
         let braking = slip.select_lt(zero, T::one(), zero);
         let rim = T::one() + slip * braking;
         let travel = T::one() - slip * (T::one() - braking);
-        let travel = sensor::truth(law, p, Channel::GroundSpeed, travel, zero);
+        let travel = sensor::truth(law, p, Channel::GroundSpeed, travel);
         let mut at = Contact::new(
             library_slip(rim, travel),
             given.load,

@@ -9,9 +9,17 @@ pub(crate) fn report<T: Scalar>(law: &Law, p: &[T], channel: Channel, truth: T, 
     })
 }
 
+/// How late the sensor is \[s\] near a truth: the share of its rate that it takes off, in units of its gain.
+pub(crate) fn delay<T: Scalar>(law: &Law, p: &[T], channel: Channel, near: T) -> T {
+    let (still, moving) = (T::zero(), T::one());
+    let behind = report(law, p, channel, near, still) - report(law, p, channel, near, moving);
+    behind / gain(law, p, channel, near)
+}
+
 /// The truth behind a report: two secant steps, exact for gains and offsets, and to far below noise for droop.
-pub(crate) fn truth<T: Scalar>(law: &Law, p: &[T], channel: Channel, reported: T, rate: T) -> T {
+pub(crate) fn truth<T: Scalar>(law: &Law, p: &[T], channel: Channel, reported: T) -> T {
     const STEP: f64 = 1e-3;
+    let rate = T::zero();
     let mut x = reported;
     for _ in 0..2 {
         let here = report(law, p, channel, x, rate);

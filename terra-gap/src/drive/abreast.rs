@@ -71,6 +71,7 @@ fn together(
         earlier_passes: gather(&|w| w.earlier_passes),
         path: gather(&|w| w.path),
         time: gather(&|w| w.time),
+        around: [0, 1, 2].map(|k| gather(&|w| w.around[k])),
         forwards: first.forwards(),
     };
     let raw: [Lanes; RAW] = std::array::from_fn(|k| gather(&|w| w.raw[k]));

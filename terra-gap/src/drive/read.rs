@@ -211,6 +211,7 @@ fn joined(
 mod tests {
     use super::*;
     use crate::drive::ROVER;
+    use crate::predictor::Predict;
     use std::ops::Range;
     use terra_data::{Segment, Series, parse_rover};
 
@@ -253,6 +254,37 @@ mod tests {
                 "{} at {t}",
                 o.factors["path"]
             );
+        }
+    }
+
+    /// A vehicle that goes on at the same speed and with the same wheels, but with a payload that it did not have, in another pass
+    /// or down the slope that it went up: a run of its own. Without that it goes on along its path.
+    #[test]
+    fn a_payload_a_pass_or_another_slope_begins_a_run() {
+        let paths = |change: &dyn Fn(&mut DriveLog, Series)| {
+            let mut log = DriveLog::default();
+            let same = |v: f64| -> Series { std::iter::repeat_n(Some(v), 400).collect() };
+            log.time = (0..400).map(|k| 0.01 * f64::from(k)).collect();
+            log.wheel_speed = std::array::from_fn(|_| same(4.4));
+            log.wheel_torque = Some(std::array::from_fn(|_| same(5.0)));
+            log.ground_speed = Some(same(1.0));
+            log.segments = numbered([0..200, 200..400, 400..400]);
+            change(
+                &mut log,
+                (0..400).map(|k| Some(f64::from(k / 200))).collect(),
+            );
+            let (data, _) = all_windows(&log, &parse_rover(ROVER, "rover.toml").unwrap()).unwrap();
+            data.observations.last().unwrap().factors["path"]
+        };
+        assert!((paths(&|_, _| ()) - 3.9).abs() < 1e-9);
+        let scaled = |step: Series, from: f64, by: f64| -> Series {
+            step.iter().map(|s| s.map(|s| from + by * s)).collect()
+        };
+        let payload = paths(&|log, step| log.payload = Some(step));
+        let pass = paths(&|log, step| log.pass = Some(scaled(step, 1.0, 1.0)));
+        let pitch = paths(&|log, step| log.pitch = Some(scaled(step, 0.1, -0.2)));
+        for path in [payload, pass, pitch] {
+            assert!((path - 1.9).abs() < 1e-9, "{path}");
         }
     }
 
@@ -307,6 +339,52 @@ mod tests {
         assert!(turn.observations.is_empty());
         let why: Vec<&String> = turn.dropped.keys().collect();
         assert!(why.iter().any(|w| w.contains("yaw_rate_rad_s")), "{why:?}");
+    }
+
+    /// A speed of 1 + .3 t + .2 t² m/s that is logged .2 s late: with that delay every window misfits by what the punctual log's
+    /// window does without, to rounding. By the first order in the delay speed, acceleration and readings would be off.
+    #[test]
+    fn a_late_ground_speed_is_set_right() {
+        const LATE: f64 = 0.2;
+        let residuals = |late: f64, effects: &[&str]| {
+            let mut log = DriveLog::default();
+            let mut speed = Series::default();
+            let mut wheel = Series::default();
+            let mut torque = Series::default();
+            for k in 0..200 {
+                let t = 0.01 * f64::from(k);
+                let at = |t: f64| 1.0 + 0.3 * t + 0.2 * t * t;
+                log.time.push(t);
+                speed.push(Some(at(t - late)));
+                wheel.push(Some(1.15 * at(t) / 0.25));
+                torque.push(Some(5.0));
+            }
+            log.wheel_speed = std::array::from_fn(|_| wheel.clone());
+            log.wheel_torque = Some(std::array::from_fn(|_| torque.clone()));
+            log.ground_speed = Some(speed);
+            log.segments = numbered([0..200, 200..200, 200..200]);
+            let rover = parse_rover(ROVER, "rover.toml").unwrap();
+            let (data, predictor) = all_windows(&log, &rover).unwrap();
+            let registry = terra_model::Registry::builtin();
+            let effects = effects.iter().map(|name| registry.effect(name).unwrap());
+            let law = registry.law("wong-reece").unwrap();
+            let law = law.with_effects(effects).unwrap();
+            let soil = [0.99e3, 1.528e6, 1.1, 1040.0, 0.49, 0.025, 0.18, 0.32];
+            let p = [&soil[..], &vec![LATE; law.effects().len()]].concat();
+            // The last two have no two windows after them.
+            let within = &data.observations[..data.observations.len() - 2];
+            let residual = |o: &crate::dataset::Observation| {
+                let raw = predictor.raw(o.index);
+                predictor.residual(&law, &p, o.index, &raw).unwrap()
+            };
+            within.iter().map(residual).collect::<Vec<_>>()
+        };
+        let punctual = residuals(0.0, &[]);
+        let late = residuals(LATE, &["ground-speed-delay"]);
+        assert!(punctual.len() > 6);
+        for (a, b) in punctual.iter().flatten().zip(late.iter().flatten()) {
+            assert!((a - b).abs() < 1e-9 * (1.0 + a.abs()), "{a} {b}");
+        }
     }
 
     /// Pieces of seven rows, of a thousand, and the whole give the same windows.

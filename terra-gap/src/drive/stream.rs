@@ -1,14 +1,16 @@
-//! Rows in, windows out: what is kept of a log in between is less than two windows.
+//! Rows in, windows out: what is kept of a log in between is less than two windows of rows, and two windows.
 
 use std::borrow::Cow;
+use std::collections::VecDeque;
 use std::ops::Range;
 
 use terra_data::{DriveLog, Rover, Segment, Series};
 
-use super::window::{Reader, Taken, is_full};
+use super::window::{Going, Reader, Taken, is_full};
 use crate::error::GapError;
 
 /// One window of the stream, used or left out.
+#[derive(Clone, Debug)]
 pub(crate) struct Slot {
     /// Its number, from 0, counting those left out.
     pub(crate) number: usize,
@@ -16,6 +18,9 @@ pub(crate) struct Slot {
     /// None where it was left out.
     pub(crate) taken: Option<Taken>,
 }
+
+/// Windows that a window waits for.
+const FOLLOW: usize = 2;
 
 /// Cuts pieces of a log into windows. Where the pieces end does not matter.
 #[derive(Clone, Debug)]
@@ -29,6 +34,10 @@ pub(crate) struct Stream {
     /// True once a segment has begun.
     begun: bool,
     windows: usize,
+    /// The last windows with their speeds, until it is known which follow them.
+    waiting: VecDeque<(Slot, Option<Going>)>,
+    /// The speed of the window before these.
+    before: Option<Going>,
 }
 
 impl Stream {
@@ -42,10 +51,13 @@ impl Stream {
             next: 0,
             begun: false,
             windows: 0,
+            waiting: VecDeque::new(),
+            before: None,
         })
     }
 
-    /// The windows that a piece completes; with `last` also the one that it leaves unfinished.
+    /// The windows that a piece completes, each once two more have shown how the speed goes on; with `last` also the one that it
+    /// leaves unfinished.
     ///
     /// # Errors
     /// A used channel without noise.
@@ -66,6 +78,8 @@ impl Stream {
                 continue;
             }
             if row == segment.rows.start || !self.begun {
+                out.extend(self.settled(0));
+                self.before = None;
                 self.reader.begin_segment(&log, &segment.name, row);
                 self.begun = true;
             }
@@ -83,21 +97,42 @@ impl Stream {
                     break;
                 }
                 let end = end.unwrap_or(segment.rows.end);
-                let taken = self.reader.one(&log, row..end);
-                out.push(Slot {
+                let slot = Slot {
                     number: self.windows,
+                    taken: self.reader.one(&log, row..end),
                     segment: self.reader.segment().to_owned(),
-                    taken,
-                });
+                };
+                self.waiting.push_back((slot, self.reader.going));
+                out.extend(self.settled(FOLLOW));
                 self.windows += 1;
                 row = end;
             }
+        }
+        if last {
+            out.extend(self.settled(0));
         }
         let from = row.saturating_sub(1);
         self.next = row - from;
         let rest = rows(&log, from..log.len());
         self.rest = rest;
         Ok(out)
+    }
+
+    /// The windows that wait, but for the last so many, which others may follow in their segment.
+    fn settled(&mut self, but: usize) -> Vec<Slot> {
+        let mut out = vec![];
+        while self.waiting.len() > but {
+            let Some((mut slot, own)) = self.waiting.pop_front() else {
+                break;
+            };
+            if let Some((taken, own)) = slot.taken.as_mut().zip(own) {
+                let next = |k: usize| self.waiting.get(k).and_then(|(_, going)| *going);
+                taken.lies_between(self.before, own, [next(0), next(1)], self.rover.gap.window);
+            }
+            self.before = own;
+            out.push(slot);
+        }
+        out
     }
 }
 

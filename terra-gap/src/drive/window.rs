@@ -7,8 +7,8 @@ use terra_data::{DriveLog, Rover, Series, WHEELS};
 use terra_model::{Vehicle, library_slip};
 
 use super::{
-    ACCEL, GRAVITY, RAW, SPEED, SPEED_GATE, SPEED_RATE, TORQUE, VALUES, WHEEL, WHEEL_RATE, Window,
-    YAW_ACCELERATION, YAW_RATE,
+    ACCEL, AROUND, GRAVITY, RAW, SPEED, SPEED_GATE, SPEED_RATE, TORQUE, VALUES, WHEEL, WHEEL_RATE,
+    Window, YAW_ACCELERATION, YAW_RATE,
 };
 use crate::dataset::{ChannelInfo, Factors, Observation};
 use crate::error::GapError;
@@ -26,6 +26,8 @@ const SLIP_CHANGE: f64 = 0.03;
 const CORRELATION: f64 = 0.05;
 /// Jump of speed and wheels, in their noise, that begins a run of its own.
 const JUMP: f64 = 3.5;
+/// Slope by which no vehicle tips from one row to the next \[rad\].
+const TIPPED: f64 = 0.1;
 /// How fast wheels spin up under their motors \[rad/s²\].
 const SPIN_UP: f64 = 30.0;
 /// Channels whose scatter is looked at: four torques, a_x, v, r, four ω.
@@ -75,12 +77,21 @@ pub(crate) fn line(
     })
 }
 
-/// True where speed and wheels jump as no vehicle's do from one row to the next: a run of its own begins, on its own ground.
+/// True where something jumps as no vehicle's does from one row to the next, speed and wheels, payload and pass, or the slope it
+/// stands on: a run of its own begins, on its own ground.
 fn begins_anew(log: &DriveLog, speed: &Series, row: usize, speed_sd: f64, wheel_sd: f64) -> bool {
     let Some(last) = row.checked_sub(1) else {
         return false;
     };
     let jump = |series: &Series| Some(series.get(row)? - series.get(last)?);
+    let declared = [(&log.payload, 0.0), (&log.pass, 0.0), (&log.pitch, TIPPED)];
+    let jumps = |(series, least): (&Option<Series>, f64)| {
+        let by = series.as_ref().and_then(jump);
+        by.is_some_and(|by| by.abs() > least)
+    };
+    if declared.into_iter().any(jumps) {
+        return true;
+    }
     let two = std::f64::consts::SQRT_2;
     let rows = log.time.get(last).zip(log.time.get(row));
     let elapsed = rows.map_or(0.0, |(a, b)| b - a);
@@ -155,6 +166,58 @@ pub(crate) struct Taken {
     pub(crate) scatter: [f64; SERIES],
 }
 
+impl Taken {
+    /// Takes the speeds of the windows around `own`. Where a manoeuvre ends before, the speed goes on straight, which is as
+    /// uncertain as its rate changed last.
+    pub(crate) fn lies_between(
+        &mut self,
+        before: Option<Going>,
+        own: Going,
+        next: [Option<Going>; 2],
+        length: f64,
+    ) {
+        let (w, sd) = (&mut self.window, &mut self.observation.raw_sd);
+        let near = next[0].unwrap_or_else(|| own.goes_on(before, length));
+        let far = next[1].unwrap_or_else(|| near.goes_on(Some(own), length));
+        let around = [
+            near,
+            far,
+            before.unwrap_or_else(|| own.goes_on(next[0], -length)),
+        ];
+        let known = [next[0], next[1], before];
+        w.known = known.iter().take_while(|n| n.is_some()).count();
+        for (k, there) in around.into_iter().enumerate() {
+            w.around[k] = there.time - own.time;
+            (w.raw[AROUND + k], sd[AROUND + k]) = (there.mean, there.mean_sd);
+        }
+    }
+}
+
+impl Going {
+    /// What a window would be like that follows after so long: its rate may change twice as much as it did last.
+    fn goes_on(self, before: Option<Going>, after: f64) -> Going {
+        let change = before.map_or(self.slope, |b| self.slope - b.slope);
+        let slope_sd = 2.0 * change.hypot(self.slope_sd);
+        Going {
+            time: self.time + after,
+            mean: self.mean + self.slope * after,
+            slope: self.slope,
+            mean_sd: 0.5 * after.abs() * slope_sd,
+            slope_sd,
+        }
+    }
+}
+
+/// How a window goes: its speed.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Going {
+    time: f64,
+    mean: f64,
+    slope: f64,
+    mean_sd: f64,
+    slope_sd: f64,
+}
+
 /// The usual scatter of every channel.
 pub(crate) fn usual(scatters: &[[f64; SERIES]]) -> [f64; SERIES] {
     std::array::from_fn(|k| {
@@ -188,6 +251,8 @@ pub(crate) struct Reader {
     /// True until a manoeuvre has had its first window.
     first: bool,
     path: f64,
+    /// The speed of the window that was read last.
+    pub(crate) going: Option<Going>,
     pub(crate) dropped: BTreeMap<String, usize>,
 }
 
@@ -205,6 +270,7 @@ impl Reader {
             segment: String::new(),
             first: true,
             path: 0.0,
+            going: None,
             dropped: BTreeMap::new(),
         })
     }
@@ -262,6 +328,15 @@ impl Reader {
             line(&log.time, series, rows.clone(), sd)
         };
         let v = log.ground_speed.as_ref().and_then(|v| over(v, sd_of.speed));
+        let ends = log.time.get(rows.clone()).unwrap_or_default();
+        let middle = ends.first().zip(ends.last()).map(|(a, b)| 0.5 * (a + b));
+        self.going = v.as_ref().zip(middle).map(|(v, time)| Going {
+            time,
+            mean: v.mean,
+            slope: v.slope,
+            mean_sd: v.mean_sd,
+            slope_sd: v.slope_sd,
+        });
         // Windows that are left out are driven all the same, and in reverse the way leads back.
         let driven = v.as_ref().map_or(0.0, |v| v.mean) * gap.window;
         let middle_path = self.path + 0.5 * driven;
@@ -368,6 +443,8 @@ impl Reader {
             earlier_passes: (pass - 1.0).max(0.0),
             path: mean(&log.distance).unwrap_or(middle_path),
             time,
+            around: [gap.window, 2.0 * gap.window, -gap.window],
+            known: 0,
             log: 0,
         };
         let observation = Observation {
