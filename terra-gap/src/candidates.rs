@@ -27,6 +27,28 @@ pub(crate) struct Candidates {
     pub not_asked: Vec<(String, String)>,
 }
 
+impl Candidates {
+    /// The library's other forms of these that can stand in a law.
+    pub(crate) fn other_forms(&self, law: &Law) -> Vec<Arc<dyn AnyEffect>> {
+        let asked = |form: &dyn AnyEffect| {
+            let of = |e: &&Arc<dyn AnyEffect>| e.name() == form.name();
+            let mut same = self.effects.iter().filter(of).peekable();
+            same.peek().is_some() && same.all(|e| e.form() != form.form())
+        };
+        let library = Registry::empty().with_forms();
+        let forms = library.effects().iter().filter(|form| asked(&***form));
+        let stands = |form: &&Arc<dyn AnyEffect>| law.with_effects([Arc::clone(*form)]).is_ok();
+        forms.filter(stands).map(Arc::clone).collect()
+    }
+
+    /// Whether this is the form in which an effect is asked first.
+    pub(crate) fn is_first(&self, effect: &dyn AnyEffect) -> bool {
+        let mut all = self.effects.iter();
+        let first = all.find(|e| e.name() == effect.name());
+        first.is_some_and(|e| e.form() == effect.form())
+    }
+}
+
 /// Gates the registry's effects.
 ///
 /// # Errors

@@ -384,11 +384,13 @@ fn singles(rivals: &Rivals) -> Vec<Cause> {
         };
         let evidence = averaged(&forms, rivals.null.law.model().name());
         let score = &screen[*k].score;
-        let alike = screen
-            .iter()
-            .filter(|s| s.name != name && s.score.cosine(score).abs() > LOOK_ALIKE)
-            .map(|s| s.name.clone())
-            .collect();
+        let mut alike: Vec<String> = vec![];
+        for s in screen {
+            let same = s.name != name && s.score.cosine(score).abs() > LOOK_ALIKE;
+            if same && !alike.contains(&s.name) {
+                alike.push(s.name.clone());
+            }
+        }
         let s = best.fit.x.get(best.hypothesis.soil_len());
         let s = s.copied().unwrap_or(0.0);
         causes.push(Cause {

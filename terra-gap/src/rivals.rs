@@ -112,7 +112,20 @@ pub(crate) fn weigh_rivals(
         candidates,
         null: &null,
     };
-    let (round, predictor) = settle(data, &common, &fitted, noise, centred)?;
+    let (mut round, mut predictor) = settle(data, &common, &fitted, noise, centred)?;
+    let mut reshaped = None;
+    if setup.kind == LogKind::Drive {
+        let mut found = reshape(data, &*predictor, setup, &null, &round);
+        let misfits = round.all().all(|w| w.chi2_per_value() >= ADEQUATE_DRIVE);
+        let all = found.iter().flat_map(|(_, w)| w);
+        let best = all.max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence));
+        // Where it takes another formula to come near, noise and inputs are taken there too.
+        if let Some(best) = best.filter(|b| misfits && is_free(b) && round.is_bettered(b)) {
+            round = round.renewed(best, data, &common, &fitted, &mut predictor, true)?;
+            found = reshape(data, &*predictor, setup, &null, &round);
+        }
+        reshaped = Some(found);
+    }
     let Round {
         noise,
         plain,
@@ -137,33 +150,13 @@ pub(crate) fn weigh_rivals(
     }
     let structures_out = found.out.len();
     not_asked.extend(found.out);
-    let ground = Ground {
-        data,
-        predictor: &*predictor,
-        setup,
-        null: &null,
-        levels: &levels,
-        whitener: &plain,
-    };
-    let unknown = |singles: &[(usize, Vec<Weighed>)], pairs: &[Weighed]| {
-        let singles: Vec<&Weighed> = singles.iter().flat_map(|(_, w)| w).collect();
-        log_unknown(data, setup.kind, &plain, &null_weighed, &singles, pairs)
-    };
     let mut behind = vec![];
-    if setup.kind == LogKind::Drive {
-        let pair = pairs.iter().map(|w| w.log_evidence);
-        let rival = pair.fold(unknown(&singles, &pairs), f64::max);
-        ask_again(
-            &ground,
-            &screen,
-            &mut singles,
-            &pairs,
-            null_weighed.log_evidence,
-            rival,
-        );
+    if let Some(reshaped) = reshaped {
+        singles = reshaped;
         behind = take_needless(&mut pairs, &singles);
     }
-    let log_unknown = unknown(&singles, &pairs);
+    let alone: Vec<&Weighed> = singles.iter().flat_map(|(_, w)| w).collect();
+    let log_unknown = log_unknown(data, setup.kind, &plain, &null_weighed, &alone, &pairs);
     let fitted = match setup.kind {
         LogKind::Rig => fitted,
         LogKind::Drive | LogKind::Kinematic => null_weighed.plain.clone(),
@@ -187,13 +180,42 @@ pub(crate) fn weigh_rivals(
     Ok(Ok((rivals, predictor)))
 }
 
+/// The single causes with their formulas left free where the data ask for it.
+fn reshape(
+    data: &DataSet,
+    predictor: &dyn Predictor,
+    setup: &Setup<'_>,
+    null: &Hypothesis,
+    round: &Round,
+) -> Vec<(usize, Vec<Weighed>)> {
+    let ground = Ground {
+        data,
+        predictor,
+        setup,
+        null,
+        levels: &round.levels,
+        whitener: &round.plain,
+    };
+    let (nominal, pairs) = (&round.null_weighed, &round.pairs);
+    let alone: Vec<&Weighed> = round.singles.iter().flat_map(|(_, w)| w).collect();
+    let unknown = log_unknown(data, setup.kind, &round.plain, nominal, &alone, pairs);
+    let rival = pairs.iter().map(|w| w.log_evidence).fold(unknown, f64::max);
+    let mut singles = round.singles.clone();
+    let none = nominal.log_evidence;
+    ask_again(&ground, &round.screen, &mut singles, pairs, none, rival);
+    singles
+}
+
+/// True for an effect by a formula of its own.
+fn is_free(rival: &Weighed) -> bool {
+    let mut effects = rival.hypothesis.effects().iter();
+    effects.any(|e| e.form() == FREE)
+}
+
 /// Takes out the pairs that need no second cause, because one cause by another formula explains nearly as much, and gives back
 /// those that explain more than it.
 fn take_needless(pairs: &mut Vec<Weighed>, singles: &[(usize, Vec<Weighed>)]) -> Vec<Weighed> {
-    let reshaped = singles.iter().flat_map(|(_, w)| w).filter(|w| {
-        let mut effects = w.hypothesis.effects().iter();
-        effects.any(|e| e.form() == FREE)
-    });
+    let reshaped = singles.iter().flat_map(|(_, w)| w).filter(|w| is_free(w));
     let bar = reshaped
         .map(|w| w.log_evidence)
         .fold(f64::NEG_INFINITY, f64::max);

@@ -3,11 +3,16 @@
 //! Noise of the inputs (slip!) reaches the values through the law's slopes. Where a large effect is missing, the re-fitted
 //! nominal law has other slopes than the truth, so the noise is taken at the best explanation and all are weighed anew.
 
+use std::sync::Arc;
+
+use terra_model::AnyEffect;
+
 use crate::candidates::Candidates;
 use crate::confirm::confirm_singles;
 use crate::dataset::DataSet;
 use crate::error::GapError;
 use crate::fit::{Fit, residual};
+use crate::forms::{EFFECT, MANOEUVRES};
 use crate::hypothesis::Hypothesis;
 use crate::latent::{Moved, recentre};
 use crate::noise::{NoiseModel, Whitener};
@@ -20,7 +25,7 @@ use crate::settings::{LogKind, Settings};
 use crate::setup::{Screened, Setup};
 use crate::signatures::{Asked, screen_all};
 use crate::structures::{Structures, weigh_structures};
-use crate::weigh::{Amplitudes, Weighed, again, weigh};
+use crate::weigh::{Amplitudes, NEAR, Weighed, again, weigh};
 
 /// Gain \[nats\] of an explanation over the one that the noise was taken at, above which the noise is taken anew.
 const RENEW_FROM: f64 = 20.0;
@@ -31,6 +36,8 @@ const RENEWALS: usize = 2;
 
 /// What was weighed under one noise.
 pub(crate) struct Round {
+    /// Who was asked.
+    candidates: Candidates,
     pub noise: NoiseModel,
     pub plain: Whitener,
     pub levels: Amplitudes,
@@ -82,31 +89,110 @@ pub(crate) fn settle(
         let Some(better) = round.better(common.setup.kind) else {
             break;
         };
-        let (h, x) = (better.hypothesis.clone(), better.plain.x.clone());
-        let x = x.as_slice();
-        if better.plain.chi2() <= FAR * data.len() as f64 {
-            // Soil that only just carries the wheel has no slopes there, and the nominal fit may have no answer where the
-            // inputs are by another: then they stay where they are.
-            let moved = recentre(data, (common.predictor, &*now), &h, x, &round.noise);
-            let start = fitted.x.as_slice();
-            let answered = |m: &Moved| residual(data, &*m.predictor, common.null, start).is_ok();
-            if let Some(moved) = moved.ok().filter(answered) {
-                now = moved.take(data);
-            }
-        }
-        let inherited = common.setup.inherited.as_ref();
-        let mut noise = NoiseModel::propagate(data, &*now, &h, x)?.with(data, &*now, inherited)?;
-        let r = residual(data, &*now, &h, x)?;
-        roughness::add(&mut noise, data, common.setup.rover, &r);
         let last = renewal == RENEWALS;
-        let at = h.effect_name();
-        let previous = Some((&round, last));
-        round = Round::new(data, &common.by(&*now), fitted, noise, &at, previous)?;
+        round = round.renewed(better, data, common, fitted, &mut now, last)?;
+    }
+    let forms = round.other_forms(data, common);
+    if !forms.is_empty() {
+        round.widen(data, &common.by(&*now), forms);
+        let another = |w: &&Weighed| {
+            let mut effects = w.hypothesis.effects().iter();
+            effects.any(|e| !common.candidates.is_first(&**e))
+        };
+        if let Some(better) = round.better(common.setup.kind).filter(another) {
+            round = round.renewed(better, data, common, fitted, &mut now, true)?;
+        }
     }
     Ok((round, now))
 }
 
 impl Round {
+    /// The next round: noise and inputs as a better explanation has them.
+    pub(crate) fn renewed(
+        &self,
+        best: &Weighed,
+        data: &mut DataSet,
+        common: &Common<'_, '_>,
+        fitted: &Fit,
+        now: &mut AnyPredictor,
+        last: bool,
+    ) -> Result<Self, GapError> {
+        let (h, x) = (best.hypothesis.clone(), best.plain.x.clone());
+        let x = x.as_slice();
+        if best.plain.chi2() <= FAR * data.len() as f64 {
+            // Soil that only just carries the wheel has no slopes there, and the nominal fit may have no answer where the
+            // inputs are by another: then they stay where they are.
+            let moved = recentre(data, (common.predictor, &**now), &h, x, &self.noise);
+            let start = fitted.x.as_slice();
+            let answered = |m: &Moved| residual(data, &*m.predictor, common.null, start).is_ok();
+            if let Some(moved) = moved.ok().filter(answered) {
+                *now = moved.take(data);
+            }
+        }
+        let inherited = common.setup.inherited.as_ref();
+        let mut noise =
+            NoiseModel::propagate(data, &**now, &h, x)?.with(data, &**now, inherited)?;
+        let r = residual(data, &**now, &h, x)?;
+        roughness::add(&mut noise, data, common.setup.rover, &r);
+        let at = h.effect_name();
+        let common = Common {
+            candidates: &self.candidates,
+            ..common.by(&**now)
+        };
+        Round::new(data, &common, fitted, noise, &at, Some((self, last)))
+    }
+
+    /// The library's other forms to be asked: where something is missing from a rich drive, those of all effects, or of those in
+    /// the contest where the nominal law is far from the data and one of them explains these.
+    fn other_forms(&self, data: &DataSet, common: &Common<'_, '_>) -> Vec<Arc<dyn AnyEffect>> {
+        let rich = common.setup.kind == LogKind::Drive && data.groups().len() >= MANOEUVRES;
+        let none = self.null_weighed.log_evidence;
+        if !rich || self.all().all(|w| w.log_evidence < none + EFFECT) {
+            return vec![];
+        }
+        let near = self.null_weighed.chi2_per_value() < NEAR;
+        let all = near || self.all().all(|w| w.chi2_per_value() >= NEAR);
+        let fitted = |name: &str| {
+            let mut singles = self.singles.iter();
+            singles.any(|(k, w)| self.screen[*k].name == name && w.iter().any(|w| w.fitted))
+        };
+        let mut forms = common.candidates.other_forms(&common.null.law);
+        forms.retain(|f| all || fitted(f.name()));
+        forms
+    }
+
+    /// Weighs these forms beside the rest.
+    fn widen(&mut self, data: &DataSet, common: &Common<'_, '_>, forms: Asked) {
+        let (screen, asked) = screen_all(
+            data,
+            common.predictor,
+            common.null,
+            &self.null_weighed.fit,
+            &forms,
+            &self.plain,
+            &mut vec![],
+        );
+        let mut singles = confirm_singles(
+            data,
+            common.predictor,
+            common.setup,
+            common.null,
+            &self.null_weighed,
+            &self.found.weighed,
+            &self.levels,
+            &screen,
+            &asked,
+            None,
+            &mut vec![],
+        );
+        let from = self.screen.len();
+        singles.retain(|(_, w)| w.iter().any(|w| w.fitted));
+        singles.iter_mut().for_each(|(k, _)| *k += from);
+        self.screen.extend(screen);
+        self.singles.extend(singles);
+        self.candidates.effects.extend(forms);
+    }
+
     /// `at`: the effects at whose fit the noise was taken. Pairs wait until the singles ask for no other noise or are far
     /// from the data, or for the last round. `previous`: the round before, and whether this is the last.
     fn new(
@@ -149,6 +235,8 @@ impl Round {
             &plain,
             &mut not_asked,
         );
+        // One form without a trace does not set the effect aside.
+        not_asked.retain(|(name, _)| screen.iter().all(|s| s.name != *name));
         // On a rig effects are weighed under other structures too; a drive's structures must measure up to its effects first.
         let found = match setup.kind {
             LogKind::Rig => weigh_structures(data, predictor, setup, &noise, &levels, &[])?,
@@ -170,6 +258,7 @@ impl Round {
             &mut anew,
         );
         let mut round = Round {
+            candidates: candidates.clone(),
             base: null_weighed.log_evidence,
             noise,
             plain,
@@ -224,12 +313,16 @@ impl Round {
             .unwrap_or(self.null_weighed.log_evidence)
     }
 
+    /// Whether an explanation is far better than the one that the noise was taken at.
+    pub(crate) fn is_bettered(&self, by: &Weighed) -> bool {
+        by.log_evidence - self.base > RENEW_FROM
+    }
+
     /// The best explanation of a drive, where it is far better than the one that the noise was taken at.
     fn better(&self, kind: LogKind) -> Option<&Weighed> {
         let best = self
             .all()
             .max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence))?;
-        let far = best.log_evidence - self.base > RENEW_FROM;
-        (kind == LogKind::Drive && far).then_some(best)
+        (kind == LogKind::Drive && self.is_bettered(best)).then_some(best)
     }
 }

@@ -32,7 +32,7 @@ impl Registry {
 
     /// Adds the other forms of the effects, [`effects::forms`], after their defaults, which bare names still mean.
     ///
-    /// They are apart from [`builtin`](Self::builtin) because the weights of a diagnosis are calibrated for one form a name.
+    /// They are apart from [`builtin`](Self::builtin) because a diagnosis asks for one form a name first.
     #[must_use]
     pub fn with_forms(self) -> Self {
         effects::forms::register(self)

@@ -32,13 +32,13 @@ use term::{Regime, Term};
 
 /// Manoeuvres from which a formula can be asked about: on a single ramp slip, speed and path are one variable, and a free
 /// formula would imitate what is in no library.
-const MANOEUVRES: usize = 3;
+pub(crate) const MANOEUVRES: usize = 3;
 /// Terms that a formula may differ by, in as many rounds.
 const TERMS: [usize; 2] = [4, 6];
 /// Screened gain beyond its price \[nats\] that a term must promise.
 const TERM_FROM: f64 = 2.0;
 /// Gain \[nats\] of the best single cause from which its formula can be asked about at all.
-const EFFECT: f64 = 6.0;
+pub(crate) const EFFECT: f64 = 6.0;
 /// Nats that it must be behind another answer.
 const BEHIND: f64 = 2.0;
 /// Misfit per value from which a second round of terms is asked for.
