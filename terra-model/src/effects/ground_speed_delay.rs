@@ -1,7 +1,7 @@
 //! The logged ground speed is late.
 //!
 //! # Equation
-//! v_reported(t) = v(t - e), here to first order v - e dv/dt; a drive's diagnosis takes e as the delay that it is
+//! v_reported(t) = v(t - e), to first order v - e dv/dt
 //!
 //! # Reference
 //! I. Skog, P. Händel, IEEE Trans. Intelligent Transportation Systems 12(4):1014-1023, 2011 (time offset of a speed
