@@ -7,19 +7,20 @@ use terra_model::{Lanes, Vector};
 use crate::error::GapError;
 use crate::parallel::for_each;
 
-/// Observations from which a group is cheaper than one after the other.
-const WORTH: usize = 3;
+/// Observations from which a group is cheaper than one plain number after the other.
+pub(crate) const WORTH: usize = 3;
 
-/// Residuals of observations, in their order: up to eight of one `kind` at once by `together`.
+/// Answers of observations, in their order: up to eight of one `kind` at once by `together`, from `worth` on.
 ///
 /// # Errors
 /// Of `alone`.
-pub(crate) fn in_groups<K: PartialEq>(
+pub(crate) fn in_groups<K: PartialEq, A: Clone + Default + Send + Sync>(
     indices: &[usize],
     kind: impl Fn(usize) -> K,
-    together: impl Fn(&[usize]) -> Result<Vec<Vec<f64>>, GapError> + Sync,
-    alone: impl Fn(usize) -> Result<Vec<f64>, GapError> + Sync,
-) -> Result<Vec<Vec<f64>>, GapError> {
+    worth: usize,
+    together: impl Fn(&[usize]) -> Result<Vec<A>, GapError> + Sync,
+    alone: impl Fn(usize) -> Result<A, GapError> + Sync,
+) -> Result<Vec<A>, GapError> {
     // The latest group of a kind is the one that may have room.
     let mut kinds: Vec<(K, usize)> = vec![];
     let mut groups: Vec<Vec<usize>> = vec![];
@@ -38,10 +39,10 @@ pub(crate) fn in_groups<K: PartialEq>(
             }
         }
     }
-    let found: Vec<Vec<Vec<f64>>> = for_each(groups.len(), |k| {
+    let found: Vec<Vec<A>> = for_each(groups.len(), |k| {
         let places = &groups[k];
         let members: Vec<usize> = places.iter().map(|&place| indices[place]).collect();
-        if members.len() >= WORTH
+        if members.len() >= worth
             && let Ok(found) = together(&members)
         {
             return Ok(found);
@@ -50,10 +51,10 @@ pub(crate) fn in_groups<K: PartialEq>(
     })
     .into_iter()
     .collect::<Result<_, GapError>>()?;
-    let mut out = vec![vec![]; indices.len()];
+    let mut out = vec![A::default(); indices.len()];
     for (places, found) in groups.iter().zip(found) {
-        for (&place, residual) in places.iter().zip(found) {
-            out[place] = residual;
+        for (&place, answer) in places.iter().zip(found) {
+            out[place] = answer;
         }
     }
     Ok(out)
@@ -78,6 +79,7 @@ mod tests {
         let found = in_groups(
             &indices,
             |i| i % 8 == 0,
+            WORTH,
             |members| {
                 assert!(members.len() <= Lanes::WIDTH);
                 assert!(

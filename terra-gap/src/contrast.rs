@@ -154,6 +154,7 @@ pub(crate) fn against<'a>(
 ) -> Result<(Setup<'a>, Baseline), GapError> {
     let law = registry
         .law(&rover.terrain.model)?
+        .quick()
         .with_effects([Arc::new(FormError) as Arc<dyn terra_model::AnyEffect>])?;
     let soil = Arc::new(SoilSpace::new(free_soil(&law, rover)?, &[]));
     let setup = Setup {

@@ -28,16 +28,18 @@ pub(crate) use window::{
     BENT, Line, Reader, SERIES, Taken, bends, channels, line, short_scatter, usual,
 };
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use terra_model::{
-    BodyLoads, Channel, Contact, Law, ModelError, Motion, Root, Scalar, Vehicle, library_slip,
+    BodyLoads, Channel, Contact, LaneDual, Law, ModelError, Motion, Root, Scalar, Vehicle,
+    library_slip,
 };
 
 use crate::dataset::DataSet;
 use crate::error::GapError;
 use crate::logs::of_log;
-use crate::predictor::{Design, Predict};
+use crate::predictor::{Design, Predict, Sloped};
 use crate::sensor;
 
 /// g \[m/s²\].
@@ -215,7 +217,7 @@ impl DrivePredictor {
             // In reverse the rear axle leads, and the front axle runs in its rut.
             let leads = (q < 2) == given.forwards;
             at.earlier_passes = given.earlier_passes + if leads { 0.0 } else { 1.0 };
-            let forces = law.forces_at(p, &at)?;
+            let forces = law.forces_under(p, &mut at)?;
             pull[q] = forces.drawbar_pull * direction;
             side_moment += ahead * forces.lateral_force;
             torque[q] = vehicle.wheel_inertia * raw[WHEEL_RATE + q]
@@ -313,6 +315,16 @@ impl Predict for DrivePredictor {
         indices: &[usize],
     ) -> Result<Vec<Vec<f64>>, GapError> {
         abreast::residuals(self, law, p, indices)
+    }
+
+    fn slopes(
+        &self,
+        law: &Law,
+        p: &[LaneDual],
+        varied: &Range<usize>,
+        indices: &[usize],
+    ) -> Result<Vec<Vec<Sloped>>, GapError> {
+        abreast::slopes(self, law, p, varied, indices)
     }
 
     fn value_positions(&self, index: usize) -> Vec<usize> {

@@ -1,7 +1,7 @@
 //! The fit of one hypothesis: whitened residuals plus prior, r = L^-1 (y - f(x)), J = -dr/dx exact, down to their least.
 
 use nalgebra::{DMatrix, DVector};
-use terra_model::{Dual8, Dual16, jacobian, wide_jacobian};
+use terra_model::LaneDual;
 
 use crate::dataset::{DataSet, Observation, Stacked};
 pub(crate) use crate::descent::Effort;
@@ -9,8 +9,7 @@ use crate::descent::{End, Residuals, descend};
 use crate::error::GapError;
 use crate::hypothesis::Hypothesis;
 use crate::noise::Whitener;
-use crate::parallel::for_each;
-use crate::predictor::Predictor;
+use crate::predictor::{Predictor, varying};
 
 /// A fitted hypothesis.
 #[derive(Clone, Debug)]
@@ -65,43 +64,30 @@ pub(crate) fn evaluate_from(
     first: usize,
 ) -> Result<Stacked, GapError> {
     let (held, free) = x.split_at(first.min(x.len()));
-    let each = for_each(data.observations.len(), |i| {
-        let i = data.observations[i].index;
-        let raw = predictor.raw(i);
-        // Every chunk of derivatives solves the wheels anew, so the widest that is filled is the cheapest.
-        if free.len() <= 8 {
-            let raw: Vec<Dual8> = raw.into_iter().map(Dual8::from).collect();
-            jacobian(free, |free| {
-                let p = hypothesis.parameters(&beside(held, free));
-                predictor.residual8(&hypothesis.law, &p, i, &raw)
-            })
-        } else {
-            let raw: Vec<Dual16> = raw.into_iter().map(Dual16::from).collect();
-            wide_jacobian(free, |free| {
-                let p = hypothesis.parameters(&beside(held, free));
-                predictor.residual16(&hypothesis.law, &p, i, &raw)
-            })
-        }
-    })
-    .into_iter()
-    .collect::<Result<Vec<_>, GapError>>()?;
+    let indices: Vec<usize> = data.observations.iter().map(|o| o.index).collect();
     let n = data.len();
     let mut stacked = Stacked {
         residual: DVector::zeros(n),
         jacobian: DMatrix::zeros(n, free.len()),
     };
-    let mut at = 0;
-    for ((mut value, jac), o) in each.into_iter().zip(&data.observations) {
-        shifted(&mut value, o);
-        stacked
-            .residual
-            .rows_mut(at, value.len())
-            .copy_from_slice(&value);
-        stacked
-            .jacobian
-            .rows_mut(at, value.len())
-            .copy_from(&(-jac));
-        at += value.len();
+    for start in (0..free.len().max(1)).step_by(LaneDual::SLOPES) {
+        let ends = free.len().min(start + LaneDual::SLOPES);
+        let seed = |(k, &v): (usize, &f64)| varying(k, v.into(), &(start..ends));
+        let mut at: Vec<LaneDual> = held.iter().map(|&v| LaneDual::from(v)).collect();
+        at.extend(free.iter().enumerate().map(seed));
+        let p = hypothesis.parameters(&at);
+        let found = predictor.slopes(&hypothesis.law, &p, &(0..0), &indices)?;
+        let shifts = data.observations.iter().map(|o| &o.shift);
+        let rows = found.iter().zip(shifts).flat_map(|(found, shift)| {
+            let shift = shift.iter().copied().chain(std::iter::repeat(0.0));
+            found.iter().zip(shift)
+        });
+        for (row, (sloped, shift)) in rows.enumerate() {
+            stacked.residual[row] = sloped.value + shift;
+            for (column, slope) in (start..ends).zip(sloped.slopes) {
+                stacked.jacobian[(row, column)] = -slope;
+            }
+        }
     }
     Ok(stacked)
 }
@@ -111,12 +97,6 @@ fn shifted(residual: &mut [f64], observation: &Observation) {
     for (r, shift) in residual.iter_mut().zip(&observation.shift) {
         *r += shift;
     }
-}
-
-/// Constants and variables as one vector.
-fn beside<T: From<f64> + Copy>(held: &[f64], free: &[T]) -> Vec<T> {
-    let held = held.iter().map(|&v| T::from(v));
-    held.chain(free.iter().copied()).collect()
 }
 
 /// Residual of all observations, not whitened.

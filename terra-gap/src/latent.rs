@@ -15,14 +15,13 @@
 //! Error Models, 1987.
 
 use nalgebra::{Cholesky, DMatrix, DVector};
-use terra_model::{Dual8, jacobian};
 
 use crate::dataset::DataSet;
 use crate::error::GapError;
 use crate::hypothesis::Hypothesis;
 use crate::noise::NoiseModel;
 use crate::parallel::for_each;
-use crate::predictor::{AnyPredictor, Predictor};
+use crate::predictor::{AnyPredictor, Predictor, RawSlopes, raw_slopes};
 
 /// How far \[sd\] a raw quantity may be from what was read: beyond, it is the law that is wrong.
 const FARTHEST: f64 = 3.0;
@@ -58,40 +57,58 @@ pub(crate) fn recentre(
     noise: &NoiseModel,
 ) -> Result<Moved, GapError> {
     let p = hypothesis.parameters(x);
-    let p: Vec<Dual8> = p.into_iter().map(Dual8::from).collect();
-    let at = |index: usize, raw: &[f64]| {
-        let (g, d) = jacobian(raw, |raw| now.residual8(&hypothesis.law, &p, index, raw))?;
-        Ok::<_, GapError>((DVector::from_vec(g), d))
-    };
-    let moved: Vec<(Vec<f64>, Vec<f64>)> = for_each(data.observations.len(), |k| {
-        let (o, block) = (&data.observations[k], &noise.blocks[k]);
-        let taken = DVector::from_vec(measured.raw(o.index));
+    let law = &hypothesis.law;
+    let indices: Vec<usize> = data.observations.iter().map(|o| o.index).collect();
+    let here = raw_slopes(now, law, &p, &indices)?;
+    let taken: Vec<DVector<f64>> = indices.iter().map(|&i| measured.raw(i).into()).collect();
+    let sought = |k: usize| {
+        let (o, (g, d)) = (&data.observations[k], &here[k]);
         let raw = DVector::from_vec(now.raw(o.index));
-        let (g, d) = at(o.index, raw.as_slice())?;
-        let left = g + &d * (&taken - &raw);
+        let left = DVector::from_column_slice(g) + d * (&taken[k] - raw);
         let read = measured.read(o.index);
         let moves = |(k, sd): (usize, &f64)| if k < read { *sd } else { 0.0 };
         let sd = DVector::from_iterator(o.raw_sd.len(), o.raw_sd.iter().enumerate().map(moves));
-        let step = step(&d, &sd, block, &left);
-        let there = step.map(|step| &taken - step).and_then(|raw| {
-            let (_, d) = at(o.index, raw.as_slice()).ok()?;
-            let shift = d * (&taken - &raw);
-            shift.iter().all(|s| s.is_finite()).then_some((raw, shift))
-        });
-        Ok(match there {
-            Some((raw, shift)) => (raw.as_slice().to_vec(), shift.as_slice().to_vec()),
-            None => (taken.as_slice().to_vec(), vec![]),
-        })
-    })
-    .into_iter()
-    .collect::<Result<_, GapError>>()?;
-    let (raws, shifts): (Vec<_>, Vec<_>) = moved.into_iter().unzip();
-    let indices = data.observations.iter().map(|o| o.index);
-    let replaced: Vec<(usize, Vec<f64>)> = indices.zip(raws).collect();
+        Some(&taken[k] - step(d, &sd, &noise.blocks[k], &left)?)
+    };
+    let sought: Vec<Option<DVector<f64>>> = for_each(indices.len(), sought);
+    // Where one has no answer each is asked alone.
+    let moved = moved_to(now, &indices, &taken, &sought);
+    let there: Vec<Option<RawSlopes>> = match raw_slopes(&*moved, law, &p, &indices) {
+        Ok(all) => all.into_iter().map(Some).collect(),
+        Err(_) => for_each(indices.len(), |k| {
+            let alone = raw_slopes(&*moved, law, &p, &indices[k..=k]).ok()?;
+            alone.into_iter().next()
+        }),
+    };
+    let shift = |(k, there): (usize, Option<RawSlopes>)| {
+        let shift = there?.1 * (&taken[k] - sought[k].as_ref()?);
+        shift.iter().all(|s| s.is_finite()).then_some(shift)
+    };
+    let shifts: Vec<Option<DVector<f64>>> = there.into_iter().enumerate().map(shift).collect();
+    let kept = |(raw, shift): (Option<DVector<f64>>, &Option<_>)| raw.filter(|_| shift.is_some());
+    let found: Vec<_> = sought.into_iter().zip(&shifts).map(kept).collect();
+    let shifts = shifts
+        .into_iter()
+        .map(|shift| shift.unwrap_or_else(|| DVector::zeros(0)));
     Ok(Moved {
-        predictor: now.with_raw(&replaced),
-        shifts,
+        predictor: moved_to(now, &indices, &taken, &found),
+        shifts: shifts.map(|shift| shift.as_slice().to_vec()).collect(),
     })
+}
+
+/// Observations at other raw quantities, or where there are none at those that were taken.
+fn moved_to(
+    predictor: &dyn Predictor,
+    indices: &[usize],
+    taken: &[DVector<f64>],
+    raws: &[Option<DVector<f64>>],
+) -> AnyPredictor {
+    let rows = indices.iter().zip(taken.iter().zip(raws));
+    let row = |(&index, (taken, raw)): (&usize, (&DVector<f64>, &Option<DVector<f64>>))| {
+        let raw = raw.as_ref().unwrap_or(taken);
+        (index, raw.as_slice().to_vec())
+    };
+    predictor.with_raw(&rows.map(row).collect::<Vec<_>>())
 }
 
 /// S D' C^-1 r, no component beyond [`FARTHEST`].

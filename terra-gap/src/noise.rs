@@ -7,14 +7,12 @@
 //! (see [`Inherited`]) adds G P G'.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
-use terra_model::{Dual8, jacobian};
 
-use crate::dataset::DataSet;
+use crate::dataset::{DataSet, Observation};
 use crate::error::GapError;
 use crate::fit::evaluate;
 use crate::hypothesis::Hypothesis;
-use crate::parallel::for_each;
-use crate::predictor::Predictor;
+use crate::predictor::{Predictor, raw_slopes};
 
 /// Length of the discrepancy in slip.
 pub(crate) const DISCREPANCY_LENGTH: f64 = 0.25;
@@ -51,22 +49,14 @@ impl NoiseModel {
         hypothesis: &Hypothesis,
         x: &[f64],
     ) -> Result<Self, GapError> {
-        let p: Vec<Dual8> = hypothesis
-            .parameters(x)
-            .into_iter()
-            .map(Dual8::from)
-            .collect();
-        let blocks = for_each(data.observations.len(), |i| {
-            let o = &data.observations[i];
-            let raw = predictor.raw(o.index);
-            let (_, d) = jacobian(&raw, |raw| {
-                predictor.residual8(&hypothesis.law, &p, o.index, raw)
-            })?;
-            let variances = DVector::from_iterator(raw.len(), o.raw_sd.iter().map(|sd| sd * sd));
-            Ok(&d * DMatrix::from_diagonal(&variances) * d.transpose())
-        })
-        .into_iter()
-        .collect::<Result<Vec<_>, GapError>>()?;
+        let p = hypothesis.parameters(x);
+        let indices: Vec<usize> = data.observations.iter().map(|o| o.index).collect();
+        let slopes = raw_slopes(predictor, &hypothesis.law, &p, &indices)?;
+        let block = |((_, d), o): (&(_, DMatrix<f64>), &Observation)| {
+            let variances = DVector::from_iterator(d.ncols(), o.raw_sd.iter().map(|sd| sd * sd));
+            d * DMatrix::from_diagonal(&variances) * d.transpose()
+        };
+        let blocks = slopes.iter().zip(&data.observations).map(block).collect();
         Ok(NoiseModel {
             blocks,
             common: None,

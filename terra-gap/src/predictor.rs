@@ -1,12 +1,79 @@
 //! What predicts a log: from the law and the raw measurements to residuals, with derivatives.
 
+use std::ops::Range;
 use std::sync::Arc;
 
-use terra_model::{Dual8, Dual16, Law, Scalar};
+use nalgebra::DMatrix;
+use terra_model::{LaneDual, Lanes, Law, Real, Scalar, Vector};
 
 use crate::dataset::DataSet;
 use crate::error::GapError;
 use crate::parallel::for_each;
+
+/// A residual and its slopes in up to [`LaneDual::SLOPES`] variables.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sloped {
+    pub(crate) value: f64,
+    pub(crate) slopes: [f64; LaneDual::SLOPES],
+}
+
+impl Sloped {
+    /// What one lane has.
+    pub(crate) fn of_lane(residual: &LaneDual, lane: usize) -> Self {
+        Sloped {
+            value: residual.primal().lane(lane),
+            slopes: std::array::from_fn(|k| residual.slope(k).lane(lane)),
+        }
+    }
+}
+
+/// A raw quantity, which varies where its place is one of these.
+pub(crate) fn varying(place: usize, value: Lanes, varied: &Range<usize>) -> LaneDual {
+    if varied.contains(&place) {
+        LaneDual::variable(value, place - varied.start)
+    } else {
+        LaneDual::from_primal(value)
+    }
+}
+
+/// Residuals of an observation, and their derivatives in all of its raw quantities (values x raw).
+pub(crate) type RawSlopes = (Vec<f64>, DMatrix<f64>);
+
+/// Those of observations at what their raw quantities are now.
+///
+/// # Errors
+/// Where the model has no answer.
+pub(crate) fn raw_slopes(
+    predictor: &dyn Predictor,
+    law: &Law,
+    p: &[f64],
+    indices: &[usize],
+) -> Result<Vec<RawSlopes>, GapError> {
+    let p: Vec<LaneDual> = p.iter().map(|&v| LaneDual::from(v)).collect();
+    let lengths: Vec<usize> = indices.iter().map(|&i| predictor.raw(i).len()).collect();
+    let most = lengths.iter().copied().max().unwrap_or(0);
+    let mut out: Vec<RawSlopes> = vec![];
+    for start in (0..most).step_by(LaneDual::SLOPES) {
+        let varied = start..most.min(start + LaneDual::SLOPES);
+        let found = predictor.slopes(law, &p, &varied, indices)?;
+        if start == 0 {
+            let empty = |(values, &length): (&Vec<Sloped>, &usize)| {
+                let residual = values.iter().map(|s| s.value).collect();
+                (residual, DMatrix::zeros(values.len(), length))
+            };
+            out = found.iter().zip(&lengths).map(empty).collect();
+        }
+        for ((_, d), values) in out.iter_mut().zip(found) {
+            for (row, sloped) in values.iter().enumerate() {
+                let ends = varied.end.min(d.ncols());
+                for (column, slope) in (start..ends).zip(sloped.slopes) {
+                    d[(row, column)] = slope;
+                }
+            }
+        }
+    }
+    Ok(out)
+}
 
 /// The residual of one observation as a function of the raw measurements, so that input noise can be propagated: what a kind of
 /// log implements, once for every number.
@@ -48,6 +115,27 @@ pub(crate) trait Predict: Clone + Sync + Send + 'static {
         .collect()
     }
 
+    /// The same with their slopes in what varies: the parameters as they say, and these raw quantities in their order.
+    ///
+    /// # Errors
+    /// As [`residual`](Self::residual).
+    fn slopes(
+        &self,
+        law: &Law,
+        p: &[LaneDual],
+        varied: &Range<usize>,
+        indices: &[usize],
+    ) -> Result<Vec<Vec<Sloped>>, GapError> {
+        for_each(indices.len(), |k| {
+            let raw = Predict::raw(self, indices[k]).into_iter().enumerate();
+            let raw: Vec<LaneDual> = raw.map(|(k, x)| varying(k, x.into(), varied)).collect();
+            let found = Predict::residual(self, law, p, indices[k], &raw)?;
+            Ok(found.iter().map(|r| Sloped::of_lane(r, 0)).collect())
+        })
+        .into_iter()
+        .collect()
+    }
+
     /// Where the values of an observation stand in `raw`, in their order.
     fn value_positions(&self, index: usize) -> Vec<usize>;
 
@@ -79,36 +167,24 @@ pub(crate) trait Predictor: Sync + Send {
         raw: &[f64],
     ) -> Result<Vec<f64>, GapError>;
 
-    /// The same with eight derivatives.
-    ///
-    /// # Errors
-    /// As there.
-    fn residual8(
-        &self,
-        law: &Law,
-        p: &[Dual8],
-        index: usize,
-        raw: &[Dual8],
-    ) -> Result<Vec<Dual8>, GapError>;
-
-    /// The same with sixteen.
-    ///
-    /// # Errors
-    /// As there.
-    fn residual16(
-        &self,
-        law: &Law,
-        p: &[Dual16],
-        index: usize,
-        raw: &[Dual16],
-    ) -> Result<Vec<Dual16>, GapError>;
-
     /// As [`Predict::residuals`].
     ///
     /// # Errors
     /// As there.
     fn residuals(&self, law: &Law, p: &[f64], indices: &[usize])
     -> Result<Vec<Vec<f64>>, GapError>;
+
+    /// As [`Predict::slopes`].
+    ///
+    /// # Errors
+    /// As there.
+    fn slopes(
+        &self,
+        law: &Law,
+        p: &[LaneDual],
+        varied: &Range<usize>,
+        indices: &[usize],
+    ) -> Result<Vec<Vec<Sloped>>, GapError>;
 
     /// As [`Predict::value_positions`].
     fn value_positions(&self, index: usize) -> Vec<usize>;
@@ -143,26 +219,6 @@ impl<K: Predict> Predictor for K {
         Predict::residual(self, law, p, index, raw)
     }
 
-    fn residual8(
-        &self,
-        law: &Law,
-        p: &[Dual8],
-        index: usize,
-        raw: &[Dual8],
-    ) -> Result<Vec<Dual8>, GapError> {
-        Predict::residual(self, law, p, index, raw)
-    }
-
-    fn residual16(
-        &self,
-        law: &Law,
-        p: &[Dual16],
-        index: usize,
-        raw: &[Dual16],
-    ) -> Result<Vec<Dual16>, GapError> {
-        Predict::residual(self, law, p, index, raw)
-    }
-
     fn residuals(
         &self,
         law: &Law,
@@ -170,6 +226,16 @@ impl<K: Predict> Predictor for K {
         indices: &[usize],
     ) -> Result<Vec<Vec<f64>>, GapError> {
         Predict::residuals(self, law, p, indices)
+    }
+
+    fn slopes(
+        &self,
+        law: &Law,
+        p: &[LaneDual],
+        varied: &Range<usize>,
+        indices: &[usize],
+    ) -> Result<Vec<Vec<Sloped>>, GapError> {
+        Predict::slopes(self, law, p, varied, indices)
     }
 
     fn value_positions(&self, index: usize) -> Vec<usize> {

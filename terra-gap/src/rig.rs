@@ -4,19 +4,20 @@ mod read;
 
 pub(crate) use read::{from_log, from_logs, median};
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use terra_data::{Measured, RigRow, WheelData};
 use terra_model::{
-    BodyLoads, Channel, Contact, Lanes, Law, Motion, Scalar, StressProfile, Vector, Vehicle,
-    library_slip,
+    BodyLoads, Channel, Contact, LaneDual, Lanes, Law, Motion, Scalar, StressProfile, Vector,
+    Vehicle, library_slip,
 };
 
-use crate::abreast::{in_groups, side_by_side};
+use crate::abreast::{WORTH, in_groups, side_by_side};
 use crate::dataset::{ChannelInfo, DataSet};
 use crate::error::GapError;
 use crate::logs::of_log;
-use crate::predictor::{Design, Predict};
+use crate::predictor::{Design, Predict, Sloped, varying};
 use crate::sensor;
 
 /// What a rig measures, in the order of the data set's channels.
@@ -232,26 +233,34 @@ impl Row {
 }
 
 impl RigPredictor {
-    /// Up to eight rows of one kind at once.
-    fn together(&self, law: &Law, p: &[Lanes], rows: &[usize]) -> Result<Vec<Vec<f64>>, GapError> {
+    /// Up to eight rows of one kind at once. `raw`: a raw quantity by its place; `of_lane`: what is wanted of a residual.
+    fn together<T: Scalar<Primal = Lanes>, A>(
+        &self,
+        law: &Law,
+        p: &[T],
+        rows: &[usize],
+        raw: impl Fn(usize, Lanes) -> T,
+        of_lane: impl Fn(T, usize) -> A,
+    ) -> Result<Vec<Vec<A>>, GapError> {
         let rows: Vec<&Row> = rows.iter().map(|&i| &self.rows[i]).collect();
         let Some(first) = rows.first() else {
             return Ok(vec![]);
         };
+        let n = first.values.len();
+        let lift = |of: &dyn Fn(&Row) -> f64| T::from_primal(side_by_side(&rows, |r| of(r)));
         let given = At {
-            slip: side_by_side(&rows, |r| r.slip),
-            load: side_by_side(&rows, |r| r.load),
-            speed: side_by_side(&rows, |r| r.speed),
-            wheel_speed: side_by_side(&rows, |r| r.wheel_speed),
-            earlier_passes: side_by_side(&rows, |r| r.earlier_passes),
+            slip: raw(n, side_by_side(&rows, |r| r.slip)),
+            load: raw(n + 1, side_by_side(&rows, |r| r.load)),
+            speed: lift(&|r| r.speed),
+            wheel_speed: lift(&|r| r.wheel_speed),
+            earlier_passes: lift(&|r| r.earlier_passes),
         };
         let p = of_log(law, p, self.soils, first.log);
         let predicted = Self::readings(law, &p, first, &given)?;
-        let residual = |(lane, row): (usize, &&Row)| {
-            let each = row.values.iter().zip(&predicted);
-            each.map(|(y, f)| y - f.lane(lane)).collect()
-        };
-        Ok(rows.iter().enumerate().map(residual).collect())
+        let residual = |(k, f): (usize, &T)| raw(k, side_by_side(&rows, |r| r.values[k])) - *f;
+        let residual: Vec<T> = predicted.iter().enumerate().map(residual).collect();
+        let of_row = |lane| residual.iter().map(|&r| of_lane(r, lane)).collect();
+        Ok((0..rows.len()).map(of_row).collect())
     }
 }
 
@@ -306,9 +315,25 @@ impl Predict for RigPredictor {
         in_groups(
             indices,
             |i| self.rows[i].kind(),
-            |rows| self.together(law, &in_lanes, rows),
+            WORTH,
+            |rows| self.together(law, &in_lanes, rows, |_, x| x, Lanes::lane),
             |i| self.residual(law, p, i, &self.raw(i)),
         )
+    }
+
+    fn slopes(
+        &self,
+        law: &Law,
+        p: &[LaneDual],
+        varied: &Range<usize>,
+        indices: &[usize],
+    ) -> Result<Vec<Vec<Sloped>>, GapError> {
+        let together = |rows: &[usize]| {
+            let of_lane = |residual: LaneDual, lane| Sloped::of_lane(&residual, lane);
+            self.together(law, p, rows, |k, x| varying(k, x, varied), of_lane)
+        };
+        let kind = |i: usize| self.rows[i].kind();
+        in_groups(indices, kind, 1, together, |i| Ok(together(&[i])?.concat()))
     }
 
     fn value_positions(&self, index: usize) -> Vec<usize> {

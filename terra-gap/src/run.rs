@@ -268,7 +268,7 @@ pub(crate) fn setup<'a>(
     kind: LogKind,
     labels: &[String],
 ) -> Result<Setup<'a>, GapError> {
-    let law = registry.law(&rover.terrain.model)?;
+    let law = registry.law(&rover.terrain.model)?.quick();
     let soil = Arc::new(soil_of(&law, rover, labels)?);
     let structures = registry
         .models()

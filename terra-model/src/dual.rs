@@ -39,35 +39,18 @@ pub(crate) fn jacobian16<R, E>(
 /// Whatever `f` returns.
 pub fn jacobian<E>(
     x: &[f64],
-    f: impl FnMut(&[Dual8]) -> Result<Vec<Dual8>, E>,
+    mut f: impl FnMut(&[Dual8]) -> Result<Vec<Dual8>, E>,
 ) -> Result<(Vec<f64>, DMatrix<f64>), E> {
-    chunked(x, f)
-}
-
-/// The same in chunks of sixteen: cheaper than two of eight where `f` is dear without derivatives.
-///
-/// # Errors
-/// Whatever `f` returns.
-pub fn wide_jacobian<E>(
-    x: &[f64],
-    f: impl FnMut(&[Dual16]) -> Result<Vec<Dual16>, E>,
-) -> Result<(Vec<f64>, DMatrix<f64>), E> {
-    chunked(x, f)
-}
-
-fn chunked<const N: usize, E>(
-    x: &[f64],
-    mut f: impl FnMut(&[DualSVec64<N>]) -> Result<Vec<DualSVec64<N>>, E>,
-) -> Result<(Vec<f64>, DMatrix<f64>), E> {
+    const N: usize = 8;
     let n = x.len();
-    let mut seeds: Vec<DualSVec64<N>> = x.iter().map(|&v| DualSVec64::<N>::from_re(v)).collect();
+    let mut seeds: Vec<Dual8> = x.iter().map(|&v| Dual8::from_re(v)).collect();
     let mut value = Vec::new();
     let mut jac = DMatrix::zeros(0, n);
     let mut start = 0;
     loop {
         let end = (start + N).min(n);
         for (k, seed) in seeds[start..end].iter_mut().enumerate() {
-            *seed = DualSVec64::<N>::from_re(seed.re).derivative(k);
+            *seed = Dual8::from_re(seed.re).derivative(k);
         }
         let y = f(&seeds)?;
         if start == 0 {
@@ -81,7 +64,7 @@ fn chunked<const N: usize, E>(
             }
         }
         for seed in &mut seeds[start..end] {
-            *seed = DualSVec64::<N>::from_re(seed.re);
+            *seed = Dual8::from_re(seed.re);
         }
         start = end;
         if start >= n {

@@ -3,7 +3,7 @@
 use crate::contact::{Contact, Hook};
 use crate::dual::{Dual8, Dual16};
 use crate::forces::WheelForces;
-use crate::lanes::Lanes;
+use crate::lanes::{LaneDual, Lanes};
 use crate::model::Soil;
 use crate::param::Param;
 use crate::real::Real;
@@ -155,16 +155,26 @@ pub trait Effect: Default + Send + Sync + 'static {
 
 /// An effect at one scalar.
 pub trait EffectAt<T: Real>: Send + Sync {
+    /// [`Effect::before`] in place: numbers with many derivatives are long, and most effects leave a contact alone.
+    fn alter_contact(&self, e: &[T], soil: &Soil<T>, at: &mut Contact<T>);
+    /// [`Effect::after`] in place.
+    fn alter_forces(&self, e: &[T], soil: &Soil<T>, at: &Contact<T>, forces: &mut WheelForces<T>);
     /// See [`Effect::before`].
-    fn before_at(&self, e: &[T], soil: &Soil<T>, at: Contact<T>) -> Contact<T>;
+    fn before_at(&self, e: &[T], soil: &Soil<T>, mut at: Contact<T>) -> Contact<T> {
+        self.alter_contact(e, soil, &mut at);
+        at
+    }
     /// See [`Effect::after`].
     fn after_at(
         &self,
         e: &[T],
         soil: &Soil<T>,
         at: &Contact<T>,
-        forces: WheelForces<T>,
-    ) -> WheelForces<T>;
+        mut forces: WheelForces<T>,
+    ) -> WheelForces<T> {
+        self.alter_forces(e, soil, at, &mut forces);
+        forces
+    }
     /// See [`Effect::vehicle`].
     fn vehicle_at(&self, e: &[T], vehicle: Vehicle<T>) -> Vehicle<T>;
     /// See [`Effect::loads`].
@@ -180,17 +190,11 @@ pub trait EffectAt<T: Real>: Send + Sync {
 }
 
 impl<E: Effect, T: Real> EffectAt<T> for E {
-    fn before_at(&self, e: &[T], soil: &Soil<T>, at: Contact<T>) -> Contact<T> {
-        self.before(e, soil, at)
+    fn alter_contact(&self, e: &[T], soil: &Soil<T>, at: &mut Contact<T>) {
+        *at = self.before(e, soil, *at);
     }
-    fn after_at(
-        &self,
-        e: &[T],
-        soil: &Soil<T>,
-        at: &Contact<T>,
-        forces: WheelForces<T>,
-    ) -> WheelForces<T> {
-        self.after(e, soil, at, forces)
+    fn alter_forces(&self, e: &[T], soil: &Soil<T>, at: &Contact<T>, forces: &mut WheelForces<T>) {
+        *forces = self.after(e, soil, at, *forces);
     }
     fn vehicle_at(&self, e: &[T], vehicle: Vehicle<T>) -> Vehicle<T> {
         self.vehicle(e, vehicle)
@@ -210,7 +214,9 @@ impl<E: Effect, T: Real> EffectAt<T> for E {
 }
 
 /// Any effect, known only by name.
-pub trait AnyEffect: EffectAt<f64> + EffectAt<Dual8> + EffectAt<Dual16> + EffectAt<Lanes> {
+pub trait AnyEffect:
+    EffectAt<f64> + EffectAt<Dual8> + EffectAt<Dual16> + EffectAt<Lanes> + EffectAt<LaneDual>
+{
     /// Kebab-case name.
     fn name(&self) -> &'static str;
     /// Which formula of that name.

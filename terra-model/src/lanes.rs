@@ -1,5 +1,6 @@
 //! Numbers side by side, and the same with one derivative: the SIMD scalars.
 
+mod dual;
 mod vector;
 
 use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
@@ -7,6 +8,7 @@ use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 use wide::{f32x16, f64x8};
 
 use crate::real::{Real, Root};
+pub use dual::LaneDual;
 pub use vector::Vector;
 
 /// Eight contacts side by side: the SIMD scalar.

@@ -226,6 +226,16 @@ impl Law {
         Law::new(Arc::clone(&self.model), effects)
     }
 
+    /// The same law at less cost, see [`TerrainModel::quick`](crate::TerrainModel::quick).
+    #[must_use]
+    pub fn quick(&self) -> Self {
+        let mut law = self.clone();
+        if let Some(model) = self.model.quick_model() {
+            law.model = model;
+        }
+        law
+    }
+
     /// The model's parameters, and each effect with its magnitudes, out of one vector of the law's length.
     pub fn parts<'s, 'p, T>(
         &'s self,
@@ -251,20 +261,32 @@ impl Law {
         at: &Contact<T>,
     ) -> Result<WheelForces<T>, ModelError> {
         count(self.model.name(), self.params.len(), p.len())?;
-        let model = T::of_model(&*self.model);
         if self.effects.is_empty() {
-            return model.wheel_forces_at(p, at);
+            return T::of_model(&*self.model).wheel_forces_at(p, at);
         }
+        self.forces_under(p, &mut at.clone())
+    }
+
+    /// The same, with the contact left as the model saw it: numbers with many derivatives are long to copy.
+    ///
+    /// # Errors
+    /// As [`forces_at`](Self::forces_at).
+    pub fn forces_under<T: Scalar>(
+        &self,
+        p: &[T],
+        at: &mut Contact<T>,
+    ) -> Result<WheelForces<T>, ModelError> {
+        count(self.model.name(), self.params.len(), p.len())?;
+        let model = T::of_model(&*self.model);
         let (q, effects) = self.parts(p);
         let soil = model.soil_at(q, at);
-        let mut contact = *at;
         for (effect, e) in effects {
-            contact = T::of_effect(&**effect).before_at(e, &soil, contact);
+            T::of_effect(&**effect).alter_contact(e, &soil, at);
         }
-        let mut forces = model.wheel_forces_at(q, &contact)?;
+        let mut forces = model.wheel_forces_at(q, at)?;
         let (_, effects) = self.parts(p);
         for (effect, e) in effects {
-            forces = T::of_effect(&**effect).after_at(e, &soil, &contact, forces);
+            T::of_effect(&**effect).alter_forces(e, &soil, at, &mut forces);
         }
         Ok(forces)
     }

@@ -70,11 +70,11 @@ mod vehicle;
 
 pub use batch::{Batch, BatchForces, Precision};
 pub use contact::{Contact, Hook, Hooks};
-pub use dual::{Dual8, Dual16, jacobian, wide_jacobian};
+pub use dual::{Dual8, Dual16, jacobian};
 pub use effect::{AnyEffect, Channel, Circumstance, Effect, EffectAt, Scope, Touch};
 pub use error::ModelError;
 pub use forces::{Angles, Contributions, Flags, WheelForces};
-pub use lanes::{Lanes, Lanes32, Vector};
+pub use lanes::{LaneDual, Lanes, Lanes32, Vector};
 pub use law::{ForceLaw, Law};
 pub use lugs::LugPhase;
 pub use maps::{BicubicMap, ForceMap, MapError, MapRange, MapSlopes};

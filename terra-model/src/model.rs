@@ -1,5 +1,7 @@
 //! The trait a terrain model's author writes, and its erased form.
 
+use std::sync::Arc;
+
 use nalgebra::DMatrix;
 
 use crate::batch::{Batch, BatchForces, Precision};
@@ -8,7 +10,7 @@ use crate::dual::{Dual8, Dual16};
 use crate::error::ModelError;
 use crate::forces::WheelForces;
 use crate::guard::guard;
-use crate::lanes::Lanes;
+use crate::lanes::{LaneDual, Lanes};
 use crate::lugs::LugPhase;
 use crate::param::Param;
 use crate::real::Real;
@@ -101,6 +103,11 @@ pub trait TerrainModel: Default + Send + Sync + 'static {
         Ok(())
     }
 
+    /// The same law at less cost, to 1e-7 of the forces: for fits, whose data know them to a hundredth. None: this is it.
+    fn quick(&self) -> Option<Arc<dyn AnyModel>> {
+        None
+    }
+
     /// The soil values by role, for effects such as bulldozing.
     fn soil<T: Real>(&self, p: &[T], at: &Contact<T>) -> Soil<T> {
         let _ = (p, at);
@@ -143,7 +150,9 @@ impl<M: TerrainModel, T: Real> ModelAt<T> for M {
 }
 
 /// Any model, known only by name.
-pub trait AnyModel: ModelAt<f64> + ModelAt<Dual8> + ModelAt<Dual16> + ModelAt<Lanes> {
+pub trait AnyModel:
+    ModelAt<f64> + ModelAt<Dual8> + ModelAt<Dual16> + ModelAt<Lanes> + ModelAt<LaneDual>
+{
     /// Kebab-case name.
     fn name(&self) -> &'static str;
     /// One line of meaning.
@@ -172,6 +181,10 @@ pub trait AnyModel: ModelAt<f64> + ModelAt<Dual8> + ModelAt<Dual16> + ModelAt<La
         precision: Precision,
         out: &mut BatchForces,
     ) -> Result<(), ModelError>;
+    /// See [`TerrainModel::quick`].
+    fn quick_model(&self) -> Option<Arc<dyn AnyModel>> {
+        None
+    }
     /// See [`TerrainModel::typical`].
     fn typical_parameters(&self) -> Vec<Vec<f64>>;
     /// See [`TerrainModel::stresses`].
@@ -228,6 +241,9 @@ impl<M: TerrainModel> AnyModel for M {
         out: &mut BatchForces,
     ) -> Result<(), ModelError> {
         self.forces_batch(batch, precision, out)
+    }
+    fn quick_model(&self) -> Option<Arc<dyn AnyModel>> {
+        self.quick()
     }
     fn typical_parameters(&self) -> Vec<Vec<f64>> {
         M::typical()

@@ -143,7 +143,7 @@ pub(crate) fn lifted_power_weights<T: Real, const ORDER: usize>(n: T) -> [T; ORD
             value += *m * basis[q];
             slope += *dm * basis[q];
         }
-        T::from_primal(value) + T::from_primal(slope) * dn
+        dn.scaled(slope) + T::from_primal(value)
     })
 }
 
@@ -183,7 +183,7 @@ fn lifted<T: Real>(x: T, function: impl Fn(T::Primal) -> (T::Primal, T::Primal))
         // No derivative to carry, and the slope is never computed.
         return T::from_primal(value);
     }
-    T::from_primal(value) + T::from_primal(slope) * (x - T::from_primal(x.primal()))
+    (x - T::from_primal(x.primal())).scaled(slope) + T::from_primal(value)
 }
 
 /// t - sin t and its slope 1 - cos t for |t| <= π/2, without cancellation.

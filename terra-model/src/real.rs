@@ -86,6 +86,14 @@ pub trait Real:
     fn max_of(self, b: Self) -> Self {
         self.select_lt(b, b, self)
     }
+    /// The product with a constant.
+    fn scaled(self, by: Self::Primal) -> Self {
+        self * Self::from_primal(by)
+    }
+    /// Adds a multiple of another.
+    fn add_scaled(&mut self, x: &Self, by: Self::Primal) {
+        *self += x.scaled(by);
+    }
     /// The square.
     fn squared(self) -> Self {
         self * self

@@ -2,7 +2,7 @@
 
 use crate::dual::{Dual8, Dual16};
 use crate::effect::{AnyEffect, EffectAt};
-use crate::lanes::Lanes;
+use crate::lanes::{LaneDual, Lanes};
 use crate::model::{AnyModel, ModelAt};
 use crate::real::Real;
 
@@ -39,6 +39,14 @@ impl Scalar for Dual16 {
     }
 }
 impl Scalar for Lanes {
+    fn of_model(model: &dyn AnyModel) -> &dyn ModelAt<Self> {
+        model
+    }
+    fn of_effect(effect: &dyn AnyEffect) -> &dyn EffectAt<Self> {
+        effect
+    }
+}
+impl Scalar for LaneDual {
     fn of_model(model: &dyn AnyModel) -> &dyn ModelAt<Self> {
         model
     }

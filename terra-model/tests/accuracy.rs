@@ -295,6 +295,36 @@ fn the_law_is_of_the_fine_tier() {
     assert!(max <= 1e-11, "{max}");
 }
 
+/// What fits are made with, driven and braked.
+#[test]
+fn the_quick_law_is_of_the_default_tier() {
+    let (law, quick) = (law(), law().quick());
+    let three = |law: &Law, case: &Case, slip: f64| {
+        let f = law.forces(&case.p, &Contact::new(slip, case.load, R, B))?;
+        Ok([f.angles.unwrap().entry, f.drawbar_pull, f.resistive_torque])
+    };
+    let (max, _) = errors("quick", &the_box(), |_, case| {
+        three(&quick, case, case.slip)
+    });
+    assert!(0.0 < max && max <= 1e-7, "{max}");
+    let mut compared = 0;
+    for case in the_box() {
+        let slip = -case.slip;
+        if let (Ok(found), Ok(exact)) = (three(&quick, &case, slip), three(&law, &case, slip)) {
+            let [entry, pull, torque]: [f64; 3] = exact;
+            let found: [f64; 3] = found;
+            // Here it is the torque that passes through zero, at the towed slip.
+            let scale = pull.abs() + torque.abs() / R;
+            let e = ((found[0] - entry) / entry).abs();
+            let e = e.max((found[1] - pull).abs() / scale);
+            let e = e.max((found[2] - torque).abs() / (R * scale));
+            assert!(e <= 1e-7, "{e} at slip {slip}, load {}", case.load);
+            compared += 1;
+        }
+    }
+    assert!(compared > 200, "{compared}");
+}
+
 /// The same contact, started from the entry angle of another.
 #[test]
 fn a_warm_start_changes_nothing() {

@@ -1,12 +1,14 @@
 //! Windows side by side: those whose wheels turn and slip the same way, so that no lane waits for another's braked wheel.
 
-use terra_model::{Lanes, Law, Vector};
+use std::ops::Range;
+
+use terra_model::{LaneDual, Lanes, Law, Scalar, Vector};
 
 use super::{DrivePredictor, Given, RAW, SPEED, VALUES, WHEEL, Window, YAW_RATE};
-use crate::abreast::{in_groups, side_by_side};
+use crate::abreast::{WORTH, in_groups, side_by_side};
 use crate::error::GapError;
 use crate::logs::of_log;
-use crate::predictor::Predictor;
+use crate::predictor::{Predictor, Sloped, varying};
 
 /// What windows of one group have in common.
 #[derive(Clone, Copy, PartialEq)]
@@ -48,42 +50,71 @@ pub(super) fn residuals(
     in_groups(
         indices,
         |i| Kind::of(predictor, &predictor.windows[i]),
-        |windows| together(predictor, law, &in_lanes, windows),
+        WORTH,
+        |windows| together(predictor, law, &in_lanes, windows, |_, x| x, Lanes::lane),
         |i| predictor.residual(law, p, i, &predictor.raw(i)),
     )
 }
 
-/// Up to eight windows of one kind at once.
-fn together(
+/// The same with their slopes.
+///
+/// # Errors
+/// As [`residuals`].
+pub(super) fn slopes(
     predictor: &DrivePredictor,
     law: &Law,
-    p: &[Lanes],
+    p: &[LaneDual],
+    varied: &Range<usize>,
+    indices: &[usize],
+) -> Result<Vec<Vec<Sloped>>, GapError> {
+    let together = |windows: &[usize]| {
+        let of_lane = |residual: LaneDual, lane| Sloped::of_lane(&residual, lane);
+        let raw = |k, x| varying(k, x, varied);
+        together(predictor, law, p, windows, raw, of_lane)
+    };
+    in_groups(
+        indices,
+        |i| Kind::of(predictor, &predictor.windows[i]),
+        1,
+        together,
+        |i| Ok(together(&[i])?.concat()),
+    )
+}
+
+/// Up to eight windows of one kind at once. `raw`: a raw quantity by its place; `of_lane`: what is wanted of a residual.
+fn together<T: Scalar<Primal = Lanes>, A>(
+    predictor: &DrivePredictor,
+    law: &Law,
+    p: &[T],
     windows: &[usize],
-) -> Result<Vec<Vec<f64>>, GapError> {
+    raw: impl Fn(usize, Lanes) -> T,
+    of_lane: impl Fn(T, usize) -> A,
+) -> Result<Vec<Vec<A>>, GapError> {
     let windows: Vec<&Window> = windows.iter().map(|&i| &predictor.windows[i]).collect();
     let first = windows[0];
     let gather = |of: &dyn Fn(&Window) -> f64| side_by_side(&windows, |w| of(w));
+    let lift = |of: &dyn Fn(&Window) -> f64| T::from_primal(gather(of));
     let given = Given {
-        pitch: gather(&|w| w.pitch),
-        sin_roll: gather(&|w| w.roll.sin()),
-        cos_roll: gather(&|w| w.roll.cos()),
-        payload: gather(&|w| w.payload),
-        earlier_passes: gather(&|w| w.earlier_passes),
-        path: gather(&|w| w.path),
-        time: gather(&|w| w.time),
-        around: [0, 1, 2].map(|k| gather(&|w| w.around[k])),
+        pitch: lift(&|w| w.pitch),
+        sin_roll: lift(&|w| w.roll.sin()),
+        cos_roll: lift(&|w| w.roll.cos()),
+        payload: lift(&|w| w.payload),
+        earlier_passes: lift(&|w| w.earlier_passes),
+        path: lift(&|w| w.path),
+        time: lift(&|w| w.time),
+        around: [0, 1, 2].map(|k| lift(&|w| w.around[k])),
         forwards: first.forwards(),
     };
-    let raw: [Lanes; RAW] = std::array::from_fn(|k| gather(&|w| w.raw[k]));
+    let raw: [T; RAW] = std::array::from_fn(|k| raw(k, gather(&|w| w.raw[k])));
     let p = &*of_log(law, p, predictor.soils, first.log);
-    let offsets = (0..first.nodes.len()).map(|k| gather(&|w| w.nodes[k]));
+    let offsets = (0..first.nodes.len()).map(|k| lift(&|w| w.nodes[k]));
     let predicted = predictor.mean_readings(law, p, &given, &raw, offsets)?;
-    let predicted: [[f64; Lanes::WIDTH]; VALUES] = predicted.map(Vector::lanes);
-    let residual = |(lane, window): (usize, &&Window)| {
+    let residual: [T; VALUES] = std::array::from_fn(|k| raw[k] - predicted[k]);
+    let of_window = |(lane, window): (usize, &&Window)| {
         let each = window.measured.iter();
-        each.map(|&k| window.raw[k] - predicted[k][lane]).collect()
+        each.map(|&k| of_lane(residual[k], lane)).collect()
     };
-    Ok(windows.iter().enumerate().map(residual).collect())
+    Ok(windows.iter().enumerate().map(of_window).collect())
 }
 
 #[cfg(test)]

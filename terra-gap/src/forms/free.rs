@@ -12,8 +12,8 @@
 use std::sync::Arc;
 
 use terra_model::{
-    AnyEffect, BodyLoads, Channel, Circumstance, Contact, Dual8, Dual16, EffectAt, Hook, Lanes,
-    Motion, Param, Real, Scope, Soil, Touch, Vehicle, WheelForces,
+    AnyEffect, BodyLoads, Channel, Circumstance, Contact, Dual8, Dual16, EffectAt, Hook, LaneDual,
+    Lanes, Motion, Param, Real, Scope, Soil, Touch, Vehicle, WheelForces,
 };
 
 use super::term::{Regime, Term};
@@ -235,22 +235,22 @@ impl FreeForm {
 macro_rules! at_scalars {
     ($($scalar:ty),*) => {$(
         impl EffectAt<$scalar> for FreeForm {
-            fn before_at(
+            fn alter_contact(
                 &self,
                 e: &[$scalar],
                 soil: &Soil<$scalar>,
-                at: Contact<$scalar>,
-            ) -> Contact<$scalar> {
-                self.before(&*self.inner, e, soil, at)
+                at: &mut Contact<$scalar>,
+            ) {
+                *at = self.before(&*self.inner, e, soil, *at);
             }
-            fn after_at(
+            fn alter_forces(
                 &self,
                 e: &[$scalar],
                 soil: &Soil<$scalar>,
                 at: &Contact<$scalar>,
-                forces: WheelForces<$scalar>,
-            ) -> WheelForces<$scalar> {
-                self.after(&*self.inner, e, soil, at, forces)
+                forces: &mut WheelForces<$scalar>,
+            ) {
+                *forces = self.after(&*self.inner, e, soil, at, *forces);
             }
             fn vehicle_at(&self, e: &[$scalar], vehicle: Vehicle<$scalar>) -> Vehicle<$scalar> {
                 self.inner.vehicle_at(self.split(e).0, vehicle)
@@ -276,7 +276,7 @@ macro_rules! at_scalars {
         }
     )*};
 }
-at_scalars!(f64, Dual8, Dual16, Lanes);
+at_scalars!(f64, Dual8, Dual16, Lanes, LaneDual);
 
 impl AnyEffect for FreeForm {
     fn name(&self) -> &'static str {

@@ -131,7 +131,7 @@ impl<T: Real> Wheel<T> {
         let share = (turn / entry.primal())
             .max_of(T::Primal::from(SHARPEST))
             .min_of(T::Primal::one());
-        let scale = entry * T::from_primal(share);
+        let scale = entry.scaled(share);
         let inverse = T::Primal::one() / share;
         let whole = (inverse + (inverse.squared() + 1.0).sqrt()).ln();
         let count = (whole.max_lane() / PER_PIECE).ceil().clamp(1.0, 16.0) as usize;
@@ -143,8 +143,8 @@ impl<T: Real> Wheel<T> {
             for (x, w) in rule.nodes.iter().zip(&rule.weights).take(NODES) {
                 let grown = (step * (piece as f64 + x)).exp();
                 let shrunk = T::Primal::one() / grown;
-                let angle = scale * T::from_primal((grown - shrunk) * 0.5);
-                let weight = scale * T::from_primal((grown + shrunk) * 0.5 * step * *w);
+                let angle = scale.scaled((grown - shrunk) * 0.5);
+                let weight = scale.scaled((grown + shrunk) * 0.5 * step * *w);
                 let (back, up) = self.stresses(entry, angle);
                 let (sin, cos) = angle.sin_cos();
                 load += up * weight;

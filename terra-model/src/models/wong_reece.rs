@@ -22,15 +22,18 @@ mod general;
 mod gradient;
 mod kernel;
 mod pieces;
+mod quick;
 mod slopes;
 mod solve;
 mod wheel;
+
+use std::sync::Arc;
 
 use crate::batch::{Batch, BatchForces, Precision};
 use crate::contact::{Contact, Hook};
 use crate::error::ModelError;
 use crate::forces::{Angles, Flags, WheelForces};
-use crate::model::{ForceSlopes, Soil, TerrainModel};
+use crate::model::{AnyModel, ForceSlopes, Soil, TerrainModel};
 use crate::models::bekker::{self, Ground};
 use crate::param::Param;
 use crate::real::{Real, Root};
@@ -226,6 +229,10 @@ W is given; θ1 follows from it (unique for i >= 0), then D, T and z = R(1 - cos
         batch.check(Self::NAME, Self::PARAMS.len())?;
         batch::solve_batch(batch, precision, out);
         Ok(())
+    }
+
+    fn quick(&self) -> Option<Arc<dyn AnyModel>> {
+        Some(Arc::new(quick::Quick))
     }
 
     fn soil<T: Real>(&self, p: &[T], at: &Contact<T>) -> Soil<T> {

@@ -3,8 +3,8 @@
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use terra_model::{
-    AnyEffect, BodyLoads, Channel, Contact, Dual8, Dual16, EffectAt, Hook, Lanes, ModelError,
-    Motion, Param, Scope, Soil, Touch, Vehicle, WheelForces,
+    AnyEffect, BodyLoads, Channel, Contact, Dual8, Dual16, EffectAt, Hook, LaneDual, Lanes,
+    ModelError, Motion, Param, Scope, Soil, Touch, Vehicle, WheelForces,
 };
 
 use super::Trouble;
@@ -189,22 +189,22 @@ impl PythonEffect {
 macro_rules! at_scalars {
     ($($scalar:ty),*) => {$(
         impl EffectAt<$scalar> for PythonEffect {
-            fn before_at(
+            fn alter_contact(
                 &self,
                 e: &[$scalar],
                 _: &Soil<$scalar>,
-                at: Contact<$scalar>,
-            ) -> Contact<$scalar> {
-                self.before(e, at)
+                at: &mut Contact<$scalar>,
+            ) {
+                *at = self.before(e, *at);
             }
-            fn after_at(
+            fn alter_forces(
                 &self,
                 e: &[$scalar],
                 _: &Soil<$scalar>,
                 at: &Contact<$scalar>,
-                forces: WheelForces<$scalar>,
-            ) -> WheelForces<$scalar> {
-                self.after(e, at, forces)
+                forces: &mut WheelForces<$scalar>,
+            ) {
+                *forces = self.after(e, at, *forces);
             }
             fn vehicle_at(&self, _: &[$scalar], vehicle: Vehicle<$scalar>) -> Vehicle<$scalar> {
                 vehicle
@@ -224,7 +224,7 @@ macro_rules! at_scalars {
         }
     )*};
 }
-at_scalars!(f64, Dual8, Dual16, Lanes);
+at_scalars!(f64, Dual8, Dual16, Lanes, LaneDual);
 
 impl AnyEffect for PythonEffect {
     fn name(&self) -> &'static str {

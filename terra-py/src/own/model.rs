@@ -4,7 +4,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use terra_model::{
     AnyModel, Batch, BatchForces, Contact, Contributions, Dual8, Dual16, Flags, ForceSlopes, Hook,
-    Lanes, ModelAt, ModelError, Param, Precision, Soil, StressField, WheelForces,
+    LaneDual, Lanes, ModelAt, ModelError, Param, Precision, Soil, StressField, WheelForces,
 };
 
 use super::Trouble;
@@ -145,7 +145,7 @@ macro_rules! at_scalars {
         }
     )*};
 }
-at_scalars!(f64, Dual8, Dual16, Lanes);
+at_scalars!(f64, Dual8, Dual16, Lanes, LaneDual);
 
 impl AnyModel for PythonModel {
     fn name(&self) -> &'static str {

@@ -1,7 +1,7 @@
 //! Structures of any scalar as rows of plain numbers and back, with derivatives by central differences.
 
 use pyo3::prelude::*;
-use terra_model::{Dual8, Dual16, Hooks, Lanes, ModelError, Real};
+use terra_model::{Dual8, Dual16, Hooks, LaneDual, Lanes, ModelError, Real};
 
 /// What a function of plain numbers answers.
 type Row = Result<Vec<f64>, ModelError>;
@@ -79,6 +79,29 @@ impl Through for Lanes {
         Ok((0..length)
             .map(|k| Lanes(std::array::from_fn(|lane| value(lane, k)).into()))
             .collect())
+    }
+}
+
+impl Through for LaneDual {
+    fn through(inputs: &[Self], f: &dyn Fn(&[f64]) -> Row) -> Result<Vec<Self>, ModelError> {
+        let mut x: Vec<Lanes> = inputs.iter().map(|v| v.primal()).collect();
+        let out = Lanes::through(&x, f)?;
+        let mut out: Vec<Self> = out.into_iter().map(LaneDual::from_primal).collect();
+        for (k, input) in inputs.iter().enumerate().filter(|(_, v)| v.varies()) {
+            let at = x[k];
+            // As for one number.
+            let step = (at.abs().max_of(Lanes::from(1e-3))) * f64::EPSILON.cbrt();
+            x[k] = at + step;
+            let above = Lanes::through(&x, f)?;
+            x[k] = at - step;
+            let below = Lanes::through(&x, f)?;
+            x[k] = at;
+            let change = *input - LaneDual::from_primal(at);
+            for ((o, a), b) in out.iter_mut().zip(above).zip(below) {
+                o.add_scaled(&change, (a - b) / (step * 2.0));
+            }
+        }
+        Ok(out)
     }
 }
 

@@ -266,8 +266,8 @@ pub(super) fn mean_mobilised<T: Real>(strength: &Strength<T>, start: T, change: 
             }
             for (x, w) in rule.nodes.iter().zip(&rule.weights).take(NODES) {
                 let share = least + (low + (high - low) * *x) * towards;
-                let e = strength.signed(start + change * T::from_primal(share));
-                mean += e * T::from_primal((high - low) * *w);
+                let e = strength.signed(start + change.scaled(share));
+                mean += e.scaled((high - low) * *w);
             }
             low = high;
         }

@@ -269,9 +269,9 @@ impl<P: Root> Partials<P> {
         let residual = load - T::from_primal(self.value[0]);
         let follow = |value: P, by_entry: P, by: &dyn Fn(usize) -> P| {
             let rate = by_entry / carried;
-            let mut sum = residual * T::from_primal(rate) + T::from_primal(value);
+            let mut sum = residual.scaled(rate) + T::from_primal(value);
             for (k, change) in changes.iter().enumerate() {
-                sum += *change * T::from_primal(by(k) - rate * self.by[k][0]);
+                sum.add_scaled(change, by(k) - rate * self.by[k][0]);
             }
             sum
         };

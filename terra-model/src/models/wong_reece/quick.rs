@@ -1,0 +1,59 @@
+//! The same law at half the cost, to 1e-7: for fits, whose data know forces to a hundredth.
+
+use super::wheel::Integrals;
+use super::{COARSE, WongReece, solve};
+use crate::contact::{Contact, Hook};
+use crate::error::ModelError;
+use crate::forces::WheelForces;
+use crate::model::{ForceSlopes, Soil, TerrainModel};
+use crate::models::bekker;
+use crate::param::Param;
+use crate::real::{Real, Root};
+use crate::stress::StressField;
+
+/// Nodes a piece in the first steps of driven wheels side by side, and in the last of any. One wheel has eight nodes side by
+/// side, and a braked one's first rule must see a fold that its load may have.
+const SHORT: usize = 3;
+const LAST: usize = 8;
+
+/// The law by the rule of [`Accuracy::Default`](super::Accuracy::Default).
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Quick;
+
+impl TerrainModel for Quick {
+    const NAME: &'static str = WongReece::NAME;
+    const SUMMARY: &'static str = WongReece::SUMMARY;
+    const PARAMS: &'static [Param] = WongReece::PARAMS;
+    const EQUATION: &'static str = WongReece::EQUATION;
+    const REFERENCE: &'static str = WongReece::REFERENCE;
+    const HOOKS: &'static [Hook] = WongReece::HOOKS;
+
+    fn wheel_forces<T: Real>(
+        &self,
+        p: &[T],
+        at: &Contact<T>,
+    ) -> Result<WheelForces<T>, ModelError> {
+        let in_lanes = const { T::Primal::NODES_AT_ONCE == 1 };
+        let wheel = WongReece::wheel(p, at)?;
+        let (entry, integrals): (T, Integrals<T>) = if wheel.lateral.is_some() {
+            solve::rare::<T, COARSE, LAST>(&wheel, at)?
+        } else if in_lanes && !wheel.braking {
+            solve::balance::<T, SHORT, LAST>(&wheel, at, None)?
+        } else {
+            solve::balance::<T, COARSE, LAST>(&wheel, at, None)?
+        };
+        Ok(WongReece::named(&wheel, at, entry, integrals))
+    }
+
+    fn slopes(&self, p: &[f64], at: &Contact<f64>) -> Result<Option<ForceSlopes>, ModelError> {
+        WongReece.slopes(p, at)
+    }
+
+    fn soil<T: Real>(&self, p: &[T], at: &Contact<T>) -> Soil<T> {
+        bekker::soil(p, at)
+    }
+
+    fn stresses(&self, p: &[f64], at: &Contact<f64>) -> Result<Option<StressField>, ModelError> {
+        WongReece.stresses(p, at)
+    }
+}
