@@ -6,33 +6,6 @@ use num_dual::DualSVec64;
 /// A number with eight derivatives.
 pub type Dual8 = DualSVec64<8>;
 
-/// A number with sixteen derivatives: a model's parameters, slip, load and a few effects in one pass.
-pub type Dual16 = DualSVec64<16>;
-
-/// Exact Jacobian of `f` at up to sixteen variables, and what `f` returned, in one pass.
-pub(crate) fn jacobian16<R, E>(
-    x: &[f64],
-    f: impl FnOnce(&[Dual16]) -> Result<R, E>,
-    rows: impl FnOnce(&R) -> [Dual16; 4],
-) -> Result<(R, DMatrix<f64>), E> {
-    let seeds: Vec<Dual16> = x
-        .iter()
-        .enumerate()
-        .map(|(k, &v)| Dual16::from_re(v).derivative(k))
-        .collect();
-    let result = f(&seeds)?;
-    let rows = rows(&result);
-    let mut jac = DMatrix::zeros(rows.len(), x.len());
-    for (row, d) in rows.iter().enumerate() {
-        if let Some(eps) = d.eps.0 {
-            for column in 0..x.len() {
-                jac[(row, column)] = eps[column];
-            }
-        }
-    }
-    Ok((result, jac))
-}
-
 /// Value (m) and exact Jacobian (m x n) of `f` at `x`, by forward differentiation in chunks of eight variables.
 ///
 /// # Errors

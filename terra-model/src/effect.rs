@@ -1,7 +1,7 @@
 //! The trait an effect's author writes, and its erased form.
 
 use crate::contact::{Contact, Hook};
-use crate::dual::{Dual8, Dual16};
+use crate::dual::Dual8;
 use crate::forces::WheelForces;
 use crate::lanes::{LaneDual, Lanes};
 use crate::model::Soil;
@@ -215,7 +215,7 @@ impl<E: Effect, T: Real> EffectAt<T> for E {
 
 /// Any effect, known only by name.
 pub trait AnyEffect:
-    EffectAt<f64> + EffectAt<Dual8> + EffectAt<Dual16> + EffectAt<Lanes> + EffectAt<LaneDual>
+    EffectAt<f64> + EffectAt<Dual8> + EffectAt<Lanes> + EffectAt<LaneDual>
 {
     /// Kebab-case name.
     fn name(&self) -> &'static str;

@@ -6,7 +6,7 @@ use nalgebra::DMatrix;
 
 use crate::batch::{Batch, BatchForces, Precision};
 use crate::contact::Contact;
-use crate::dual::{Dual8, Dual16, jacobian, jacobian16};
+use crate::dual::{Dual8, jacobian};
 use crate::effect::AnyEffect;
 use crate::error::ModelError;
 use crate::forces::WheelForces;
@@ -62,34 +62,18 @@ pub(crate) fn lift_with<T: Real>(at: &Contact<f64>, slip: T, normal_load: T) -> 
     }
 }
 
-/// Forces and Jacobian out of one function at either scalar: a single pass for up to sixteen variables.
+/// Forces and Jacobian out of one function at two scalars.
 fn force_jacobian(
     p: &[f64],
     at: &Contact<f64>,
-    narrow: impl Fn(&[Dual16], &Contact<Dual16>) -> Result<WheelForces<Dual16>, ModelError>,
-    wide: impl Fn(&[Dual8], &Contact<Dual8>) -> Result<WheelForces<Dual8>, ModelError>,
+    dual: impl Fn(&[Dual8], &Contact<Dual8>) -> Result<WheelForces<Dual8>, ModelError>,
     value: impl Fn() -> Result<WheelForces<f64>, ModelError>,
 ) -> Result<(WheelForces<f64>, DMatrix<f64>), ModelError> {
     let n = p.len();
     let mut x = p.to_vec();
     x.extend([at.slip, at.normal_load]);
-    if x.len() <= 16 {
-        let (_, jac) = jacobian16(
-            &x,
-            |x| narrow(&x[..n], &lift_with(at, x[n], x[n + 1])),
-            |f| {
-                [
-                    f.drawbar_pull,
-                    f.resistive_torque,
-                    f.sinkage.unwrap_or_else(Dual16::zero),
-                    f.lateral_force,
-                ]
-            },
-        )?;
-        return Ok((value()?, jac));
-    }
     let (_, jac) = jacobian(&x, |x| {
-        wide(&x[..n], &lift_with(at, x[n], x[n + 1])).map(|f| rows(&f))
+        dual(&x[..n], &lift_with(at, x[n], x[n + 1])).map(|f| rows(&f))
     })?;
     Ok((value()?, jac))
 }
@@ -117,7 +101,6 @@ impl<M: TerrainModel> ForceLaw for M {
         force_jacobian(
             p,
             at,
-            |p, at| self.wheel_forces(p, at),
             |p, at| self.wheel_forces(p, at),
             || self.wheel_forces(p, at),
         )
@@ -404,7 +387,6 @@ impl ForceLaw for Law {
         force_jacobian(
             p,
             at,
-            |p, at| self.forces_at(p, at),
             |p, at| self.forces_at(p, at),
             || self.forces_at(p, at),
         )

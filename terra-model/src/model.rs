@@ -6,7 +6,7 @@ use nalgebra::DMatrix;
 
 use crate::batch::{Batch, BatchForces, Precision};
 use crate::contact::{Contact, Hook};
-use crate::dual::{Dual8, Dual16};
+use crate::dual::Dual8;
 use crate::error::ModelError;
 use crate::forces::WheelForces;
 use crate::guard::guard;
@@ -150,9 +150,7 @@ impl<M: TerrainModel, T: Real> ModelAt<T> for M {
 }
 
 /// Any model, known only by name.
-pub trait AnyModel:
-    ModelAt<f64> + ModelAt<Dual8> + ModelAt<Dual16> + ModelAt<Lanes> + ModelAt<LaneDual>
-{
+pub trait AnyModel: ModelAt<f64> + ModelAt<Dual8> + ModelAt<Lanes> + ModelAt<LaneDual> {
     /// Kebab-case name.
     fn name(&self) -> &'static str;
     /// One line of meaning.

@@ -35,6 +35,8 @@ pub trait Real:
 {
     /// The type roots are iterated in: `f64` for `f64` and duals, [`Lanes`](crate::Lanes) for lanes.
     type Primal: Root;
+    /// Whether it is made for fits, to which a law right to 1e-7 is as good as an exact one.
+    const FOR_FITS: bool = false;
 
     /// The value without derivatives.
     fn primal(self) -> Self::Primal;

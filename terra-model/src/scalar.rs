@@ -1,6 +1,6 @@
 //! The scalars at which erased models and effects can be called.
 
-use crate::dual::{Dual8, Dual16};
+use crate::dual::Dual8;
 use crate::effect::{AnyEffect, EffectAt};
 use crate::lanes::{LaneDual, Lanes};
 use crate::model::{AnyModel, ModelAt};
@@ -23,14 +23,6 @@ impl Scalar for f64 {
     }
 }
 impl Scalar for Dual8 {
-    fn of_model(model: &dyn AnyModel) -> &dyn ModelAt<Self> {
-        model
-    }
-    fn of_effect(effect: &dyn AnyEffect) -> &dyn EffectAt<Self> {
-        effect
-    }
-}
-impl Scalar for Dual16 {
     fn of_model(model: &dyn AnyModel) -> &dyn ModelAt<Self> {
         model
     }

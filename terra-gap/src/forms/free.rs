@@ -12,8 +12,8 @@
 use std::sync::Arc;
 
 use terra_model::{
-    AnyEffect, BodyLoads, Channel, Circumstance, Contact, Dual8, Dual16, EffectAt, Hook, LaneDual,
-    Lanes, Motion, Param, Real, Scope, Soil, Touch, Vehicle, WheelForces,
+    AnyEffect, BodyLoads, Channel, Circumstance, Contact, Dual8, EffectAt, Hook, LaneDual, Lanes,
+    Motion, Param, Real, Scope, Soil, Touch, Vehicle, WheelForces,
 };
 
 use super::term::{Regime, Term};
@@ -276,7 +276,7 @@ macro_rules! at_scalars {
         }
     )*};
 }
-at_scalars!(f64, Dual8, Dual16, Lanes, LaneDual);
+at_scalars!(f64, Dual8, Lanes, LaneDual);
 
 impl AnyEffect for FreeForm {
     fn name(&self) -> &'static str {

@@ -98,6 +98,14 @@ impl LaneDual {
         out
     }
 
+    /// The sum with a constant.
+    #[inline(never)]
+    fn shifted(&self, by: f64) -> Self {
+        let mut out = *self;
+        out.value = out.value + by;
+        out
+    }
+
     /// Adds a multiple of another.
     #[inline(never)]
     fn gain(&mut self, b: &Self, by: Lanes) {
@@ -170,17 +178,15 @@ impl Neg for LaneDual {
 impl Add<f64> for LaneDual {
     type Output = Self;
     #[inline]
-    fn add(mut self, b: f64) -> Self {
-        self.value = self.value + b;
-        self
+    fn add(self, b: f64) -> Self {
+        self.shifted(b)
     }
 }
 impl Sub<f64> for LaneDual {
     type Output = Self;
     #[inline]
-    fn sub(mut self, b: f64) -> Self {
-        self.value = self.value - b;
-        self
+    fn sub(self, b: f64) -> Self {
+        self.shifted(-b)
     }
 }
 impl Mul<f64> for LaneDual {
@@ -218,6 +224,7 @@ impl MulAssign for LaneDual {
 
 impl Real for LaneDual {
     type Primal = Lanes;
+    const FOR_FITS: bool = true;
 
     #[inline]
     fn primal(self) -> Lanes {

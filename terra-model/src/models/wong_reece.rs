@@ -211,6 +211,9 @@ W is given; θ1 follows from it (unique for i >= 0), then D, T and z = R(1 - cos
         p: &[T],
         at: &Contact<T>,
     ) -> Result<WheelForces<T>, ModelError> {
+        if const { T::FOR_FITS } {
+            return quick::Quick.wheel_forces(p, at);
+        }
         let wheel = Self::wheel(p, at)?;
         let (entry, integrals) = Self::solve(&wheel, at)?;
         Ok(Self::named(&wheel, at, entry, integrals))

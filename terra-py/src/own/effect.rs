@@ -3,8 +3,8 @@
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use terra_model::{
-    AnyEffect, BodyLoads, Channel, Contact, Dual8, Dual16, EffectAt, Hook, LaneDual, Lanes,
-    ModelError, Motion, Param, Scope, Soil, Touch, Vehicle, WheelForces,
+    AnyEffect, BodyLoads, Channel, Contact, Dual8, EffectAt, Hook, LaneDual, Lanes, ModelError,
+    Motion, Param, Scope, Soil, Touch, Vehicle, WheelForces,
 };
 
 use super::Trouble;
@@ -224,7 +224,7 @@ macro_rules! at_scalars {
         }
     )*};
 }
-at_scalars!(f64, Dual8, Dual16, Lanes, LaneDual);
+at_scalars!(f64, Dual8, Lanes, LaneDual);
 
 impl AnyEffect for PythonEffect {
     fn name(&self) -> &'static str {

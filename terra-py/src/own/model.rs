@@ -3,7 +3,7 @@
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use terra_model::{
-    AnyModel, Batch, BatchForces, Contact, Contributions, Dual8, Dual16, Flags, ForceSlopes, Hook,
+    AnyModel, Batch, BatchForces, Contact, Contributions, Dual8, Flags, ForceSlopes, Hook,
     LaneDual, Lanes, ModelAt, ModelError, Param, Precision, Soil, StressField, WheelForces,
 };
 
@@ -145,7 +145,7 @@ macro_rules! at_scalars {
         }
     )*};
 }
-at_scalars!(f64, Dual8, Dual16, Lanes, LaneDual);
+at_scalars!(f64, Dual8, Lanes, LaneDual);
 
 impl AnyModel for PythonModel {
     fn name(&self) -> &'static str {

@@ -1,7 +1,7 @@
 //! Structures of any scalar as rows of plain numbers and back, with derivatives by central differences.
 
 use pyo3::prelude::*;
-use terra_model::{Dual8, Dual16, Hooks, LaneDual, Lanes, ModelError, Real};
+use terra_model::{Dual8, Hooks, LaneDual, Lanes, ModelError, Real};
 
 /// What a function of plain numbers answers.
 type Row = Result<Vec<f64>, ModelError>;
@@ -44,12 +44,6 @@ fn linearised<T: Real<Primal = f64>>(
 }
 
 impl Through for Dual8 {
-    fn through(inputs: &[Self], f: &dyn Fn(&[f64]) -> Row) -> Result<Vec<Self>, ModelError> {
-        linearised(inputs, |v| v.eps.0.is_some_and(|e| e.amax() > 0.0), f)
-    }
-}
-
-impl Through for Dual16 {
     fn through(inputs: &[Self], f: &dyn Fn(&[f64]) -> Row) -> Result<Vec<Self>, ModelError> {
         linearised(inputs, |v| v.eps.0.is_some_and(|e| e.amax() > 0.0), f)
     }

@@ -1,4 +1,4 @@
-//! The same law at half the cost, to 1e-7: for fits, whose data know forces to a hundredth.
+//! The same law of contacts side by side at half the cost, to 1e-7: for fits, whose data know forces to a hundredth.
 
 use super::wheel::Integrals;
 use super::{COARSE, WongReece, solve};
@@ -11,12 +11,12 @@ use crate::param::Param;
 use crate::real::{Real, Root};
 use crate::stress::StressField;
 
-/// Nodes a piece in the first steps of driven wheels side by side, and in the last of any. One wheel has eight nodes side by
-/// side, and a braked one's first rule must see a fold that its load may have.
+/// Nodes a piece in the first steps of driven wheels, and in the last of any. A braked one's first rule must see a fold that its
+/// load may have.
 const SHORT: usize = 3;
 const LAST: usize = 8;
 
-/// The law by the rule of [`Accuracy::Default`](super::Accuracy::Default).
+/// The law by the rule of [`Accuracy::Default`](super::Accuracy::Default) in lanes; one contact is as exact as ever.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Quick;
 
@@ -33,14 +33,16 @@ impl TerrainModel for Quick {
         p: &[T],
         at: &Contact<T>,
     ) -> Result<WheelForces<T>, ModelError> {
-        let in_lanes = const { T::Primal::NODES_AT_ONCE == 1 };
+        if const { T::Primal::NODES_AT_ONCE > 1 } {
+            return WongReece.wheel_forces(p, at);
+        }
         let wheel = WongReece::wheel(p, at)?;
         let (entry, integrals): (T, Integrals<T>) = if wheel.lateral.is_some() {
             solve::rare::<T, COARSE, LAST>(&wheel, at)?
-        } else if in_lanes && !wheel.braking {
-            solve::balance::<T, SHORT, LAST>(&wheel, at, None)?
-        } else {
+        } else if wheel.braking {
             solve::balance::<T, COARSE, LAST>(&wheel, at, None)?
+        } else {
+            solve::balance::<T, SHORT, LAST>(&wheel, at, None)?
         };
         Ok(WongReece::named(&wheel, at, entry, integrals))
     }
