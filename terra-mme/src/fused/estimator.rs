@@ -8,14 +8,19 @@
 //! Exact for the choice `none`, and with it any number of samples may share a pass ([`FusedModel::update_block`]).
 
 use std::collections::VecDeque;
+use std::f64::consts::FRAC_1_SQRT_2;
+use std::ops::Range;
 
 use nalgebra::DMatrix;
 use terra_model::Contact;
 use wide::f32x8;
 
 use super::grid::{GridTable, LANES, OUTPUTS, Stencil};
-use super::kernel::{FORCES, ROWS, Sample, TILE, Tile, WHEELS, weigh_tile};
+use super::kernel::{
+    FORCES, ROWS, SOURCES, Sample, Source, TILE, Tiles, WHEELS, lift, weigh_tiles,
+};
 use super::shared::{Columns, Shared, factor};
+use super::slice::Slices;
 use crate::choice::Choice;
 use crate::consistency::{AlarmRule, Consistency};
 use crate::error::EstimatorError;
@@ -28,6 +33,10 @@ use crate::whiten::{Clock, Prewhitening};
 
 /// Log-weight above which all are shifted back.
 const HIGH: f32 = 20.0;
+/// Samples of a pass at most: before they are lifted again, log-weights fall by some nats a sample and lose digits.
+const PASS: usize = 64;
+/// Tiles whose log-weights stay at hand between falling and being lifted.
+const RUN: usize = 16;
 /// Log-weight of the padding.
 const NEVER: f32 = -1e30;
 
@@ -44,9 +53,10 @@ pub struct FusedModel {
     previous: Vec<[f32; LANES]>,
     /// Room for the residuals of the tile in hand.
     residuals: Vec<[f32; LANES]>,
-    /// Of the block in hand: what its hypotheses share, and q of the winner.
+    /// Forces at the loads that stay.
+    slices: Slices,
+    /// What hypotheses share at the samples of the block in hand.
     block: Vec<Sample>,
-    centres: Vec<f32>,
     /// Σ of what was taken out of every log-weight.
     base: f64,
     /// Σ w.
@@ -85,8 +95,8 @@ impl FusedModel {
             total: table.feasible.iter().filter(|f| **f).count() as f64,
             previous: Vec::new(),
             residuals: vec![[0.0; LANES]; ROWS * TILE],
+            slices: Slices::default(),
             block: Vec::new(),
-            centres: Vec::new(),
             log_weights,
             set,
             table,
@@ -197,6 +207,7 @@ impl FusedModel {
         &self,
         obs: &ForceObservation,
         rho: f64,
+        slices: &mut Slices,
         out: &mut Sample,
     ) -> Result<f64, EstimatorError> {
         let stencils = self.stencils(obs)?;
@@ -208,24 +219,30 @@ impl FusedModel {
             time: obs.time,
         })?;
         (out.rows, out.rho) = (m, rho as f32);
-        out.groups.clear();
         let rows = out.row.iter_mut().zip(&inverse).zip(obs.forces.iter());
         for (k, ((row, inverse), observed)) in rows.enumerate() {
+            row.groups.clear();
             row.observed = *observed as f32;
-            row.whiten = inverse.map(|l| l as f32);
+            row.whiten = inverse.map(|l| (l * FRAC_1_SQRT_2) as f32);
             let wheels = obs.contacts.iter().zip(&stencils).zip(columns(obs));
             for ((at, stencil), columns) in wheels {
+                let slice = slices.find(at.normal_load);
                 let (load, r) = (at.normal_load, at.radius);
                 let scales = [load, r * load, r];
                 for (output, (column, scale)) in columns.zip(scales).enumerate() {
                     // A force that the row does not look at is not looked up.
                     let share = column.get(k).map_or(0.0, |a| a * scale);
-                    if share != 0.0 {
-                        stencil.groups(output, share, &mut out.groups);
+                    if share == 0.0 {
+                        continue;
+                    }
+                    if let Some(k) = slice {
+                        let block = slices.ready(k, &self.table, stencil, output);
+                        row.groups.push(stencil.sliced(k, block, share));
+                    } else {
+                        stencil.groups(output, share, &mut row.groups);
                     }
                 }
             }
-            row.end = out.groups.len();
         }
         Ok(constant)
     }
@@ -237,8 +254,13 @@ impl FusedModel {
     /// As [`update`](ParameterEstimator::update).
     pub fn update_block(&mut self, block: &[ForceObservation]) -> Result<(), EstimatorError> {
         let mut samples = std::mem::take(&mut self.block);
-        let passed = self.fill(block, &mut samples).map(|constant| {
-            let taken_out = self.pass(samples.get(..block.len()).unwrap_or_default());
+        let mut slices = std::mem::take(&mut self.slices);
+        slices.begin(&self.table, block);
+        let filled = self.fill(block, &mut slices, &mut samples);
+        self.slices = slices;
+        let passed = filled.map(|constant| {
+            let samples = samples.get(..block.len()).unwrap_or_default();
+            let taken_out: f64 = samples.chunks(PASS).map(|some| self.pass(some)).sum();
             self.base += constant + taken_out;
         });
         self.block = samples;
@@ -266,6 +288,7 @@ impl FusedModel {
     fn fill(
         &self,
         block: &[ForceObservation],
+        slices: &mut Slices,
         samples: &mut Vec<Sample>,
     ) -> Result<f64, EstimatorError> {
         if samples.len() < block.len() {
@@ -277,7 +300,7 @@ impl FusedModel {
                 None => self.clock.correlation(obs, self.whitening)?,
                 Some(before) => Clock::between(before, obs, self.whitening)?,
             };
-            constant += self.sample(obs, rho, sample)?;
+            constant += self.sample(obs, rho, slices, sample)?;
         }
         Ok(constant)
     }
@@ -306,82 +329,101 @@ impl FusedModel {
 
     /// The pass itself. Returns what was taken out of every log-weight.
     ///
-    /// The winner's tile goes first: its q are the centres of all.
+    /// The winner's tile goes first: all log-weights are lifted by what it fell.
     fn pass(&mut self, samples: &[Sample]) -> f64 {
         let own = self.best / (TILE * LANES);
-        let place = self.best % (TILE * LANES);
-        let mut centres = std::mem::take(&mut self.centres);
-        centres.clear();
-        let (sum, top) = self.tile(own, samples, Some(place), &mut centres);
-        self.total = f64::from(sum);
-        let (mut highest, mut where_highest) = (highest(top), own);
-        let others = (0..self.table.vectors.div_ceil(TILE)).filter(|tile| *tile != own);
-        for tile in others {
-            let (sum, top) = self.tile(tile, samples, None, &mut centres);
-            self.total += f64::from(sum);
-            // The first of equals wins.
-            let held = f32x8::splat(highest);
-            let rises = if tile < where_highest {
-                top.simd_ge(held)
+        let before = self.log_weight(self.best);
+        self.weigh(own..own + 1, samples);
+        let lift = before - self.log_weight(self.best);
+        let (mut where_highest, mut highest) = (0, f32::MIN);
+        self.total = 0.0;
+        for run in self.runs() {
+            if run.contains(&own) {
+                self.weigh(run.start..own, samples);
+                self.weigh(own + 1..run.end, samples);
             } else {
-                top.simd_gt(held)
-            };
-            if rises.any() {
-                (highest, where_highest) = (self::highest(top), tile);
+                self.weigh(run.clone(), samples);
+            }
+            let (sum, top) = self.lift(&run, lift);
+            self.total += f64::from(sum);
+            let top = top.to_array().into_iter().fold(f32::MIN, f32::max);
+            // The first of equals wins.
+            if top > highest {
+                (highest, where_highest) = (top, run.start * TILE);
             }
         }
-        let from = where_highest * TILE;
-        let vectors = self.log_weights.get(from..).unwrap_or_default();
+        let vectors = self.log_weights.get(where_highest..).unwrap_or_default();
         for (k, lw) in vectors.iter().enumerate() {
             let same = f32x8::from(*lw).simd_eq(f32x8::splat(highest));
             let bits = same.to_bitmask();
             if bits != 0 {
-                self.best = (from + k) * LANES + bits.trailing_zeros() as usize;
+                self.best = (where_highest + k) * LANES + bits.trailing_zeros() as usize;
                 break;
             }
         }
-        let mut taken_out: f64 = centres.iter().map(|c| -0.5 * f64::from(*c)).sum();
-        self.centres = centres;
+        let mut taken_out = -f64::from(lift);
         // A new winner far above the old one, or an old one that fell far: all are shifted.
         if highest.abs() > HIGH {
             taken_out += f64::from(highest);
-            self.total = 0.0;
-            for lw in self.log_weights.as_flattened_mut() {
-                *lw = (*lw - highest).max(NEVER);
-                self.total += f64::from(*lw).exp();
-            }
+            self.total = self
+                .runs()
+                .map(|run| f64::from(self.lift(&run, -highest).0))
+                .sum();
         }
         taken_out
     }
 
-    /// One tile under all samples: the sum of its weights and its largest log-weights, lane by lane.
-    fn tile(
-        &mut self,
-        tile: usize,
-        samples: &[Sample],
-        winner: Option<usize>,
-        centres: &mut Vec<f32>,
-    ) -> (f32, f32x8) {
-        let from = tile * TILE;
-        let size = TILE.min(self.table.vectors - from);
-        let part = |each: usize| from * each..(from + size) * each;
-        let tile = Tile {
-            values: self
-                .table
-                .values
-                .get(part(self.table.blocks))
-                .unwrap_or_default(),
+    fn log_weight(&self, j: usize) -> f32 {
+        let weights = self.log_weights.as_flattened();
+        weights.get(j).copied().unwrap_or(NEVER)
+    }
+
+    /// Tiles that are weighed and then lifted while they are at hand.
+    fn runs(&self) -> impl Iterator<Item = Range<usize>> + use<> {
+        let tiles = self.table.vectors.div_ceil(TILE);
+        (0..tiles)
+            .step_by(RUN)
+            .map(move |from| from..(from + RUN).min(tiles))
+    }
+
+    /// Tiles under all samples.
+    fn weigh(&mut self, tiles: Range<usize>, samples: &[Sample]) {
+        let whole = self.table.vectors / TILE;
+        let middle = tiles.end.min(whole);
+        if tiles.start < middle {
+            self.weigh_alike(tiles.start * TILE..middle * TILE, TILE, samples);
+        }
+        if tiles.start < tiles.end && tiles.end > whole {
+            let rest = whole * TILE..self.table.vectors;
+            self.weigh_alike(rest.clone(), rest.len(), samples);
+        }
+    }
+
+    /// Vectors of tiles of equal length under all samples.
+    fn weigh_alike(&mut self, vectors: Range<usize>, length: usize, samples: &[Sample]) {
+        let part = |each: usize| vectors.start * each..vectors.end * each;
+        let mut sources = [Source::default(); SOURCES];
+        let slices = self.slices.slices.iter().map(|s| (&s.values, s.blocks()));
+        let all = std::iter::once((&self.table.values, self.table.blocks)).chain(slices);
+        for (source, (values, blocks)) in sources.iter_mut().zip(all) {
+            let values = values.get(part(blocks)).unwrap_or_default();
+            *source = Source { values, blocks };
+        }
+        let tiles = Tiles {
+            sources,
             previous: self.previous.get_mut(part(ROWS)).unwrap_or_default(),
             residuals: &mut self.residuals,
             weights: self.log_weights.get_mut(part(1)).unwrap_or_default(),
         };
-        weigh_tile(samples, winner, centres, tile)
+        weigh_tiles(samples, length, tiles);
     }
-}
 
-/// The largest of the lanes.
-fn highest(top: f32x8) -> f32 {
-    top.to_array().into_iter().fold(f32::MIN, f32::max)
+    /// Adds the same to the log-weights of tiles: the sum of their weights and their largest log-weights, lane by lane.
+    fn lift(&mut self, tiles: &Range<usize>, by: f32) -> (f32, f32x8) {
+        let end = (tiles.end * TILE).min(self.table.vectors);
+        let weights = self.log_weights.get_mut(tiles.start * TILE..end);
+        lift(weights.unwrap_or_default(), by)
+    }
 }
 
 /// The columns of the map, wheel by wheel: what its rows take of D, T and z.

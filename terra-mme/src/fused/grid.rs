@@ -6,7 +6,7 @@
 use terra_model::{Contact, ForceLaw};
 use wide::f64x4;
 
-use super::kernel::{Group, TILE};
+use super::kernel::{Group, TILE, padded};
 use crate::error::EstimatorError;
 use crate::force_table::TableBox;
 use crate::hypothesis::HypothesisSet;
@@ -29,7 +29,7 @@ pub struct GridTable {
     pub(super) width: f64,
     /// ln of the box's least load, and nodes per unit of slip and of ln(load).
     scale: [f64; 3],
-    /// Vectors of hypotheses; the last one may be padded.
+    /// Vectors of hypotheses; the last ones may be padded.
     pub(super) vectors: usize,
     /// Blocks of a tile: one an output and node.
     pub(super) blocks: usize,
@@ -53,12 +53,32 @@ impl Stencil {
     /// Adds the groups of one output, taken `share` times.
     pub(super) fn groups(&self, output: usize, share: f64, out: &mut Vec<Group>) {
         let [slip, load] = self.weight;
-        let first = self.first + output * self.across;
         let group = |(a, slip): (usize, f64)| Group {
-            block: first + a * self.step,
+            source: 0,
+            block: self.along_load(output, a).0,
             weight: load.map(|load| (slip * share * load) as f32),
         };
         out.extend(slip.into_iter().enumerate().map(group));
+    }
+
+    /// The group of one output, taken `share` times, in a slice at this load whose nodes begin at `block`.
+    pub(super) fn sliced(&self, slice: usize, block: usize, share: f64) -> Group {
+        Group {
+            source: 1 + slice,
+            block,
+            weight: self.weight[0].map(|slip| (slip * share) as f32),
+        }
+    }
+
+    /// First block and weights of the four nodes along the load, of an output at the a-th node along slip.
+    pub(super) fn along_load(&self, output: usize, a: usize) -> (usize, [f32; ALONG]) {
+        let block = self.first + output * self.across + a * self.step;
+        (block, self.weight[1].map(|w| w as f32))
+    }
+
+    /// Number of the first node along slip.
+    pub(super) fn first_slip(&self) -> usize {
+        self.first / self.step
     }
 
     /// Value and slopes in slip and ln(load) of an output of the hypothesis at `place`.
@@ -109,7 +129,7 @@ impl GridTable {
                 expected: "at least 4 along each axis",
             });
         }
-        let (vectors, blocks) = (set.len().div_ceil(LANES), nx * OUTPUTS * ny);
+        let (vectors, blocks) = (padded(set.len()), nx * OUTPUTS * ny);
         let mut values = vec![[0.0f32; LANES]; blocks * vectors];
         let mut feasible = vec![true; set.len()];
         let (low, high) = (range.load.0.ln(), range.load.1.ln());

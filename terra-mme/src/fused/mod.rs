@@ -8,6 +8,7 @@ mod estimator;
 mod grid;
 mod kernel;
 mod shared;
+mod slice;
 
 pub use estimator::FusedModel;
 pub use grid::GridTable;

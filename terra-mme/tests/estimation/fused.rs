@@ -106,6 +106,41 @@ fn time_blocking_is_exact() {
     }
 }
 
+/// A look-up at a load that stays is another sum of the same nodes: loads that differ in their last digit, for which nothing
+/// can be kept, give the same posterior, whatever the number of loads that take turns.
+#[test]
+fn a_load_that_stays_changes_nothing() {
+    for loads in 1..=6 {
+        let mut rows = exact_inputs(&soil("lean_clay_22"), 60, 7);
+        for (k, o) in rows.iter_mut().enumerate() {
+            let load = 180.0 + 20.0 * (k / 2 % loads) as f64;
+            o.contacts[0].normal_load = load;
+        }
+        let end = |rows: &[ForceObservation], block: usize| {
+            let mut fused = FusedModel::new(many(150, 2), fine(), &contact(0.2, LOAD)).unwrap();
+            for some in rows.chunks(block) {
+                fused.update_block(some).unwrap();
+            }
+            fused.log_likelihoods()
+        };
+        let mut never = rows.clone();
+        for (k, o) in never.iter_mut().enumerate() {
+            for c in &mut o.contacts {
+                c.normal_load *= 1.0 + 1e-13 * (k + 1) as f64;
+            }
+        }
+        let expected = end(&never, 1);
+        for block in [1, 2, 7] {
+            for (a, b) in expected.iter().zip(end(&rows, block)) {
+                assert!(
+                    (a - b).abs() < 1e-3 + 1e-6 * a.abs(),
+                    "{loads} {block}: {a} {b}"
+                );
+            }
+        }
+    }
+}
+
 /// Soils change under way: rivals fall thousands of nats behind and the winner changes. Nothing overflows, and the
 /// winner is that of double precision at every turn.
 #[test]
