@@ -24,16 +24,19 @@ const GRID: TableBox = TableBox {
 pub enum Wheels {
     /// Drawbar pull and torque of one wheel.
     One,
+    /// The same, under a load that is another at every sample.
+    Moving,
     /// The summed pull of two wheels and the torque of each.
     Side,
 }
 
 impl Wheels {
-    /// Normal loads \[N\].
-    fn loads(self) -> &'static [f64] {
+    /// Normal loads at sample k \[N\].
+    fn loads(self, k: usize) -> Vec<f64> {
         match self {
-            Wheels::One => &[245.0],
-            Wheels::Side => &[210.0, 280.0],
+            Wheels::One => vec![245.0],
+            Wheels::Moving => vec![225.0 + 0.5 * k as f64],
+            Wheels::Side => vec![210.0, 280.0],
         }
     }
 }
@@ -60,11 +63,11 @@ impl Fused {
         let mut log = Vec::new();
         for k in 0..4 * BLOCK {
             let slip = 0.8 - 0.6 * k as f64 / (4 * BLOCK) as f64;
-            let loads = wheels.loads();
+            let loads = wheels.loads(k);
             let (w, m) = (loads.len(), 1 + loads.len());
             let mut forces = nalgebra::DVector::zeros(3 * w);
             let mut contacts = Vec::new();
-            for (wheel, &load) in loads.iter().enumerate() {
+            for (wheel, load) in loads.into_iter().enumerate() {
                 let at = Contact::new(slip, load, template.radius, template.width);
                 let f = law.forces(&clay, &at)?;
                 forces[3 * wheel] = f.drawbar_pull;
@@ -150,8 +153,9 @@ mod tests {
     #[test]
     fn the_pass_is_bayes() {
         for n in [3, 21] {
-            Fused::check(n, Wheels::One).unwrap();
-            Fused::check(n, Wheels::Side).unwrap();
+            for wheels in [Wheels::One, Wheels::Moving, Wheels::Side] {
+                Fused::check(n, wheels).unwrap();
+            }
         }
     }
 }

@@ -25,6 +25,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let operations = match kernel.split_once(':') {
         Some(("hypothesis-update", n)) => hypothesis_update(n.parse()?, repetitions)?,
         Some(("fused-wheel", n)) => fused(n.parse()?, Wheels::One, false, repetitions)?,
+        Some(("fused-moving", n)) => fused(n.parse()?, Wheels::Moving, false, repetitions)?,
         Some(("fused", n)) => fused(n.parse()?, Wheels::Side, false, repetitions)?,
         Some(("fused-block", n)) => fused(n.parse()?, Wheels::Side, true, repetitions)?,
         _ => match kernel.as_str() {

@@ -123,6 +123,18 @@ fn calibration(name: &str, runs: &[Told]) -> Vec<Figure> {
             )
         });
     }
+    for k in LOOK_AT {
+        let stated: Vec<f64> = runs.iter().filter_map(|t| Some(t.at(Some(k))?.1)).collect();
+        let mean = stated.iter().sum::<f64>() / stated.len().max(1) as f64;
+        out.push(number(
+            "calibration",
+            name,
+            &format!("mean p of the winner @{k}"),
+            (!stated.is_empty()).then_some(mean),
+            stated.len(),
+            None,
+        ));
+    }
     // Ten bins of the winner's probability over all looks.
     let mut bins = [(0.0, 0usize, 0usize, 0.0); 10];
     let (mut wrong, mut sure) = (0, 0);
