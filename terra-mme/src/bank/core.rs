@@ -172,11 +172,7 @@ impl Core {
                 };
                 for (k, mut estimate) in mixed.into_iter().enumerate() {
                     let soils = self.soils(k);
-                    let told = estimate
-                        .predict(soils, &self.plant, &last, sample)
-                        .and_then(|()| {
-                            estimate.update(soils, &self.plant, sample, &[true; MOTION_CHANNELS])
-                        });
+                    let told = estimate.follow(soils, &self.plant, &last, sample);
                     next.push(told.ok().map(|i| (estimate, i)));
                 }
             }

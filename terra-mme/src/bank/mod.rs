@@ -7,6 +7,7 @@
 mod core;
 mod matrix;
 mod motion;
+mod parts;
 mod points;
 mod rates;
 mod soil_map;

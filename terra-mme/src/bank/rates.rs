@@ -243,13 +243,14 @@ pub(super) fn rates(
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use crate::bank::motion::MotionNoise;
     use std::sync::Arc;
     use terra_model::{Registry, Vehicle, catalogue};
 
-    fn light() -> Plant {
+    /// The light robot of Ray (2008).
+    pub(in crate::bank) fn light() -> Plant {
         let vehicle = Vehicle {
             mass: 100.0,
             yaw_inertia: 10.0,
