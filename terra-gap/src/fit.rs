@@ -185,7 +185,32 @@ pub(crate) fn fit_near(
     })
 }
 
-/// The best of several starts: the given ones that can be evaluated. `guess` is a whitened Jacobian at the first.
+/// Shares of the starts at which a fit begins where the soil does not carry the vehicle at the starts themselves: an end at the
+/// edge of what it carries is no start under another noise, or at other inputs.
+const BACK: [f64; 4] = [1.0, 0.999, 0.99, 0.9];
+
+/// The answer from the starts as they are, or from as far back towards the prior centre as it takes.
+///
+/// # Errors
+/// Of the starts as they are, where the model has no answer at any of these; others at once.
+fn backed<A>(
+    starts: &[Vec<f64>],
+    mut from: impl FnMut(&[Vec<f64>]) -> Result<A, GapError>,
+) -> Result<A, GapError> {
+    let mut error = None;
+    for share in BACK {
+        let nearer = |start: &Vec<f64>| start.iter().map(|x| share * x).collect();
+        let nearer: Vec<Vec<f64>> = starts.iter().map(nearer).collect();
+        match from(&nearer) {
+            Err(e @ GapError::Model(_)) => error = error.or(Some(e)),
+            answer => return answer,
+        }
+    }
+    Err(error.unwrap_or_else(|| GapError::Soil("a fit without a start".to_owned())))
+}
+
+/// The best of several starts: the given ones that can be evaluated, or all of them a little nearer to the prior centre where none
+/// can. `guess` is a whitened Jacobian at the first.
 ///
 /// # Errors
 /// The last error when none can.
@@ -198,25 +223,57 @@ pub(crate) fn fit_from(
     mut guess: Option<DMatrix<f64>>,
     effort: Effort,
 ) -> Result<Fit, GapError> {
-    let mut best: Option<Fit> = None;
-    let mut error = None;
-    for start in starts {
-        match fit_near(
-            data,
-            predictor,
-            hypothesis,
-            whitener,
-            start,
-            guess.take(),
-            effort,
-        ) {
-            Ok(f) => {
-                if best.as_ref().is_none_or(|b| f.cost < b.cost) {
-                    best = Some(f);
+    backed(starts, |starts| {
+        let mut best: Option<Fit> = None;
+        let mut error = None;
+        for start in starts {
+            let guess = guess.take();
+            match fit_near(data, predictor, hypothesis, whitener, start, guess, effort) {
+                Ok(f) => {
+                    if best.as_ref().is_none_or(|b| f.cost < b.cost) {
+                        best = Some(f);
+                    }
                 }
+                Err(e) => error = Some(e),
             }
-            Err(e) => error = Some(e),
         }
+        best.ok_or_else(|| {
+            error.unwrap_or_else(|| GapError::Soil("a fit without a start".to_owned()))
+        })
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use terra_model::ModelError;
+
+    use super::*;
+
+    /// A start just beyond what the soil carries begins a thousandth nearer; one far beyond says why; other errors stay.
+    #[test]
+    fn a_start_at_the_edge_steps_back() {
+        let carried = |starts: &[Vec<f64>]| {
+            if starts[0][0] < 2.0 {
+                return Ok(starts[0].clone());
+            }
+            Err(GapError::Model(ModelError::NoEquilibrium {
+                load: starts[0][0],
+                max_load: 2.0,
+            }))
+        };
+        let from = |x: f64| backed(&[vec![x, 1.0]], carried);
+        assert_eq!(from(1.9).unwrap(), [1.9, 1.0]);
+        assert_eq!(from(2.001).unwrap(), [0.999 * 2.001, 0.999]);
+        let refused = from(3.0).unwrap_err();
+        assert!(matches!(
+            refused,
+            GapError::Model(ModelError::NoEquilibrium { load, .. }) if load == 3.0
+        ));
+        let mut asked = 0;
+        let other: Result<(), _> = backed(&[vec![3.0]], |_| {
+            asked += 1;
+            Err(GapError::Soil("no soil".to_owned()))
+        });
+        assert!(matches!(other, Err(GapError::Soil(_))) && asked == 1);
     }
-    best.ok_or_else(|| error.unwrap_or_else(|| GapError::Soil("a fit without a start".to_owned())))
 }
