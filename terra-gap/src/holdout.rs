@@ -17,7 +17,7 @@ use terra_model::order::ascending;
 
 use crate::dataset::DataSet;
 use crate::error::GapError;
-use crate::fit::{Effort, Fit, fit_near, residual};
+use crate::fit::{Effort, Fit, fit_from, residual};
 use crate::hypothesis::Hypothesis;
 use crate::noise::NoiseModel;
 use crate::parallel::for_each;
@@ -83,6 +83,21 @@ pub struct HeldOut {
     pub groups: usize,
     /// Groups that a fit without them could not predict, with the reason.
     pub failed: Vec<String>,
+}
+
+impl HeldOut {
+    /// Why no share of the gap that closes is given, where none is.
+    pub fn why_open(&self) -> String {
+        match (self.failed.first(), self.groups) {
+            (Some(first), 0 | 1) => format!(
+                "{} of {} held-out groups could not be predicted by fits to the others ({first})",
+                self.failed.len(),
+                self.failed.len() + self.groups
+            ),
+            (None, 0 | 1) => "a single group was held out".to_owned(),
+            _ => "the re-fitted model already predicts the held-out data to the noise".to_owned(),
+        }
+    }
 }
 
 /// Groups of observation numbers.
@@ -208,7 +223,6 @@ pub(crate) fn hold_out(
             let train_whitener = noise.subset(&rest).whitener(&train)?;
             let test_whitener = noise.subset(members).whitener(&test)?;
             let squares = |(h, whole): (&Hypothesis, &Fit)| -> Result<Vec<f64>, GapError> {
-                let start = whole.x.as_slice();
                 let kept: Vec<usize> = (0..rows.len())
                     .filter(|&k| !members.contains(&rows[k]))
                     .collect();
@@ -222,8 +236,9 @@ pub(crate) fn hold_out(
                     Effort::Certified
                 };
                 let slopes = quick.then(|| whole.jacobian.select_rows(&kept));
-                let fitted =
-                    fit_near(&train, predictor, h, &train_whitener, start, slopes, effort)?;
+                let starts = [whole.x.as_slice().to_vec()];
+                let whitener = &train_whitener;
+                let fitted = fit_from(&train, predictor, h, whitener, &starts, slopes, effort)?;
                 let r = test_whitener.apply_vector(&residual(
                     &test,
                     predictor,
@@ -326,6 +341,24 @@ fn ratio_interval(groups: &[(f64, f64)]) -> Option<Interval> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Without a share the reason is the one that holds.
+    #[test]
+    fn an_open_share_says_why() {
+        let held = |groups: usize, failed: &[&str]| HeldOut {
+            by: HoldOut::Segment,
+            closed: None,
+            closed_by_channel: vec![],
+            chi2_before: 1.0,
+            chi2_after: 1.0,
+            groups,
+            failed: failed.iter().map(|f| (*f).to_owned()).collect(),
+        };
+        let failed = held(1, &["up: no equilibrium", "down: no equilibrium"]).why_open();
+        assert!(failed.starts_with("2 of 3 held-out groups") && failed.contains("(up: no"));
+        assert!(held(1, &[]).why_open().contains("single group"));
+        assert!(held(9, &["up: no"]).why_open().contains("to the noise"));
+    }
 
     /// Two groups, by hand: ratio .75, deviations ±.5 around it, each twice as large without its own half of the weight;
     /// se = sqrt(2/2)/4, t_1 = 12.706.

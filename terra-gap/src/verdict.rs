@@ -53,7 +53,7 @@ pub fn to_json(d: &Diagnosis, provenance: &Provenance) -> Value {
                 if h.closed.is_none() {
                     reasons.insert(
                         "after.held_out.closed".to_owned(),
-                        json!("the nominal model already predicts the held-out data to the noise floor, or a single group was held out"),
+                        json!(h.why_open()),
                     );
                 }
                 json!({

@@ -193,8 +193,9 @@ pub(crate) fn summary(d: &Diagnosis) -> String {
                 100.0 * c.hi
             )),
             None => out.push_str(&format!(
-                "held out by {}: nothing left to explain\n",
-                h.by.name()
+                "held out by {}: no share can be given, {}\n",
+                h.by.name(),
+                h.why_open()
             )),
         }
     }

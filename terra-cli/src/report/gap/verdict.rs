@@ -241,9 +241,7 @@ fn held_out(d: &Diagnosis) -> Vec<String> {
                 share(c.hi)
             )]
         }
-        None => vec![
-            "no share can be given: the re-fitted simulator already predicts the held-out data to the noise, or only one group could be held out".to_owned(),
-        ],
+        None => vec![format!("no share can be given: {}", h.why_open())],
     };
     out.push(misfit);
     let channels: Vec<String> = h
