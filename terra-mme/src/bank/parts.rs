@@ -45,33 +45,25 @@ impl Estimate {
             Ok((belief, told))
         };
         let one = whole(self.clone());
-        let parts = if self.bends(plant) {
-            self.parts(plant)
-        } else {
-            None
-        };
-        let (belief, told) = match parts {
-            Some(parts) => {
-                let parts = parts.into_iter().filter_map(|(weight, part)| {
-                    let (part, told) = whole(part).ok()?;
-                    Some((weight.ln() + told.log_density, part, told))
-                });
-                merged(parts.collect()).map_or(
-                    one.clone(),
-                    |(belief, log_density, likeliest)| {
-                        // Innovations of a sum are not Gaussian: what is held against χ² is that of one filter.
-                        let whitened = one.map_or(likeliest.whitened, |(_, told)| told.whitened);
-                        Ok((
-                            belief,
-                            Innovation {
-                                log_density,
-                                whitened,
-                            },
-                        ))
-                    },
-                )?
-            }
+        let parts = self.bends(plant).then(|| self.parts(plant)).flatten();
+        let several = parts.and_then(|parts| {
+            let moved = parts.into_iter().filter_map(|(weight, part)| {
+                let (part, told) = whole(part).ok()?;
+                Some((weight.ln() + told.log_density, part, told))
+            });
+            merged(moved.collect())
+        });
+        let (belief, told) = match several {
             None => one?,
+            Some((belief, log_density, likeliest)) => {
+                // Innovations of a sum are not Gaussian: what is held against χ² is that of one filter.
+                let whitened = one.map_or(likeliest.whitened, |(_, told)| told.whitened);
+                let told = Innovation {
+                    log_density,
+                    whitened,
+                };
+                (belief, told)
+            }
         };
         *self = belief;
         Ok(told)
