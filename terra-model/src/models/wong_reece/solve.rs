@@ -17,10 +17,14 @@ use crate::root::{Search, rises_to};
 const HANDOVER: f64 = 1e-3;
 /// The same for the rule that counts. The step that follows squares it.
 const DRIVING: f64 = 3e-7;
+/// The same where eight nodes count, which are right to 4e-8 themselves.
+const DRIVING_QUICKLY: f64 = 1e-4;
 /// A braked wheel's load has bends: where they show, what the last step squares is multiplied by more.
 const BRAKING: f64 = 1e-8;
 /// Largest difference of ln θ1 between two rules that mean the same root.
 const SAME_ROOT: f64 = 0.02;
+/// Nodes up to which a rule is of the default tier.
+const QUICK: usize = 8;
 
 /// The load carried at an entry angle \[N\].
 pub(super) fn load<P: Root, const ORDER: usize>(wheel: &Wheel<P>, entry: P) -> P {
@@ -70,13 +74,18 @@ fn iterate<P: Root, const COARSE: usize, const FINE: usize, R>(
         |entry| times_area(coarse.at(entry).load(entry)),
         |entry| times_area(coarse.roughly_at(entry).load(entry)),
     );
-    search.tolerance = if primal.braking { BRAKING } else { DRIVING };
+    let driving = if const { FINE <= QUICK } {
+        DRIVING_QUICKLY
+    } else {
+        DRIVING
+    };
+    search.tolerance = if primal.braking { BRAKING } else { driving };
     // Whether there is an equilibrium is the longer rule's to say.
     if let Ok(near) = near {
         start = near.ln_angle + (load - near.load) / near.slope;
         search.feasible = true;
         if near.is_usual() {
-            search.tolerance = DRIVING;
+            search.tolerance = driving;
         }
     }
     let fine = Integrator::<P, FINE>::new(primal, stress);
