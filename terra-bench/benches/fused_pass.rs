@@ -1,0 +1,38 @@
+//! One sample under the fused pass: look-up of N soils' forces, likelihood, evidence, weights.
+//!
+//! The set of a million lies in memory, not in a cache; its tables take a minute to build.
+#![allow(missing_docs)] // the macros of criterion make items of their own
+#![allow(clippy::unwrap_used)] // a wrong answer ends the bench
+
+use std::hint::black_box;
+
+use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use terra_bench::fused::{BLOCK, Fused, Wheels};
+
+const SIZES: [usize; 4] = [21, 1_000, 10_000, 1_000_000];
+/// Up to here each answer is held against Bayes' rule by one hypothesis after the other.
+const CHECKED: usize = 1_000;
+
+fn fused_pass(c: &mut Criterion) {
+    for (name, wheels) in [("wheel", Wheels::One), ("side", Wheels::Side)] {
+        let mut group = c.benchmark_group(format!("fused_pass/{name}"));
+        for n in SIZES {
+            if n <= CHECKED {
+                Fused::check(n, wheels).unwrap();
+            }
+            let mut set = Fused::new(n, wheels).unwrap();
+            group.throughput(Throughput::Elements(n as u64));
+            group.bench_function(BenchmarkId::new("sample", n), |b| {
+                b.iter(|| black_box(&mut set).step().unwrap());
+            });
+            group.throughput(Throughput::Elements((n * BLOCK) as u64));
+            group.bench_function(BenchmarkId::new("block", n), |b| {
+                b.iter(|| black_box(&mut set).block().unwrap());
+            });
+        }
+        group.finish();
+    }
+}
+
+criterion_group!(benches, fused_pass);
+criterion_main!(benches);
