@@ -100,8 +100,8 @@ impl Effect for FormError {
         e: &[T],
         _soil: &Soil<T>,
         at: &Contact<T>,
-        mut forces: WheelForces<T>,
-    ) -> WheelForces<T> {
+        forces: &mut WheelForces<T>,
+    ) {
         let load = (at.normal_load / (at.width * at.radius * PRESSURE)).ln();
         let zero = T::zero();
         let size = (at.slip.select_lt(zero, -at.slip, at.slip) * (1.0 / BEND) + 1.0).ln();
@@ -121,7 +121,6 @@ impl Effect for FormError {
         forces.parts.other += pull * at.normal_load;
         forces.resistive_torque += torque * at.normal_load * at.radius;
         forces.sinkage = forces.sinkage.map(|z| z * sinkage.exp());
-        forces
     }
 }
 

@@ -85,7 +85,8 @@ impl Circumstance {
 /// A candidate unmodelled effect, of magnitude `e` (one or more numbers; 0 is the nominal world, bit for bit).
 ///
 /// An effect may act in five places, each one method with the identity as default: on the contact before the model
-/// (the hooks included), on the forces after it, on the vehicle, on the loads beside the wheels, on a sensor.
+/// (the hooks included), on the forces after it, on the vehicle, on the loads beside the wheels, on a sensor. Contact and forces are
+/// changed in place: numbers with many derivatives are long to copy.
 pub trait Effect: Default + Send + Sync + 'static {
     /// Kebab-case name. Several forms of one effect share it.
     const NAME: &'static str;
@@ -114,21 +115,19 @@ pub trait Effect: Default + Send + Sync + 'static {
     /// The experiment that isolates it.
     const ISOLATED_BY: &'static str;
 
-    /// The contact the model should see.
-    fn before<T: Real>(&self, e: &[T], soil: &Soil<T>, at: Contact<T>) -> Contact<T> {
-        let _ = (e, soil);
-        at
+    /// Makes of a contact what the model should see.
+    fn before<T: Real>(&self, e: &[T], soil: &Soil<T>, at: &mut Contact<T>) {
+        let _ = (e, soil, at);
     }
-    /// The forces after the model.
+    /// Makes of the model's forces what the wheel gets.
     fn after<T: Real>(
         &self,
         e: &[T],
         soil: &Soil<T>,
         at: &Contact<T>,
-        forces: WheelForces<T>,
-    ) -> WheelForces<T> {
-        let _ = (e, soil, at);
-        forces
+        forces: &mut WheelForces<T>,
+    ) {
+        let _ = (e, soil, at, forces);
     }
     /// The vehicle as it really is.
     fn vehicle<T: Real>(&self, e: &[T], vehicle: Vehicle<T>) -> Vehicle<T> {
@@ -155,16 +154,16 @@ pub trait Effect: Default + Send + Sync + 'static {
 
 /// An effect at one scalar.
 pub trait EffectAt<T: Real>: Send + Sync {
-    /// [`Effect::before`] in place: numbers with many derivatives are long, and most effects leave a contact alone.
-    fn alter_contact(&self, e: &[T], soil: &Soil<T>, at: &mut Contact<T>);
-    /// [`Effect::after`] in place.
-    fn alter_forces(&self, e: &[T], soil: &Soil<T>, at: &Contact<T>, forces: &mut WheelForces<T>);
     /// See [`Effect::before`].
+    fn alter_contact(&self, e: &[T], soil: &Soil<T>, at: &mut Contact<T>);
+    /// See [`Effect::after`].
+    fn alter_forces(&self, e: &[T], soil: &Soil<T>, at: &Contact<T>, forces: &mut WheelForces<T>);
+    /// Another contact, as the model should see it.
     fn before_at(&self, e: &[T], soil: &Soil<T>, mut at: Contact<T>) -> Contact<T> {
         self.alter_contact(e, soil, &mut at);
         at
     }
-    /// See [`Effect::after`].
+    /// Other forces, as the wheel gets them.
     fn after_at(
         &self,
         e: &[T],
@@ -191,10 +190,10 @@ pub trait EffectAt<T: Real>: Send + Sync {
 
 impl<E: Effect, T: Real> EffectAt<T> for E {
     fn alter_contact(&self, e: &[T], soil: &Soil<T>, at: &mut Contact<T>) {
-        *at = self.before(e, soil, *at);
+        self.before(e, soil, at);
     }
     fn alter_forces(&self, e: &[T], soil: &Soil<T>, at: &Contact<T>, forces: &mut WheelForces<T>) {
-        *forces = self.after(e, soil, at, *forces);
+        self.after(e, soil, at, forces);
     }
     fn vehicle_at(&self, e: &[T], vehicle: Vehicle<T>) -> Vehicle<T> {
         self.vehicle(e, vehicle)

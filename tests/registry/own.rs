@@ -73,17 +73,10 @@ impl Effect for Clogging {
     const REGIME: &'static str = "pull down at high slip, torque unchanged";
     const ISOLATED_BY: &'static str = "clean treads between trials";
 
-    fn after<T: Real>(
-        &self,
-        e: &[T],
-        _: &Soil<T>,
-        at: &Contact<T>,
-        mut f: WheelForces<T>,
-    ) -> WheelForces<T> {
+    fn after<T: Real>(&self, e: &[T], _: &Soil<T>, at: &Contact<T>, f: &mut WheelForces<T>) {
         let lost = f.parts.thrust * e[0] * at.slip * at.slip;
         f.parts.thrust -= lost;
         f.drawbar_pull -= lost;
-        f
     }
 }
 

@@ -92,30 +92,31 @@ impl FreeForm {
         inner: &dyn EffectAt<T>,
         e: &[T],
         soil: &Soil<T>,
-        at: Contact<T>,
-    ) -> Contact<T> {
+        at: &mut Contact<T>,
+    ) {
         let before = at.hooks;
-        let mut out = inner.before_at(&self.at_contact(e, &at), soil, at);
+        let own = self.at_contact(e, at);
+        inner.alter_contact(&own, soil, at);
+        let hooks = &mut at.hooks;
         let action = [
-            out.hooks.stiffness / before.stiffness,
-            out.hooks.cohesion / before.cohesion,
-            out.hooks.friction / before.friction,
-            out.hooks.shear_modulus / before.shear_modulus,
-            out.hooks.contact_radius / before.contact_radius,
+            hooks.stiffness / before.stiffness,
+            hooks.cohesion / before.cohesion,
+            hooks.friction / before.friction,
+            hooks.shear_modulus / before.shear_modulus,
+            hooks.contact_radius / before.contact_radius,
         ]
         .into_iter()
         .fold(T::zero(), |sum, factor| sum + factor.ln());
         for (term, b) in self.split(e).1 {
             let factor = || (b * action).exp();
             match term {
-                Term::Stiffness => out.hooks.stiffness *= factor(),
-                Term::Cohesion => out.hooks.cohesion *= factor(),
-                Term::Friction => out.hooks.friction *= factor(),
-                Term::ShearModulus => out.hooks.shear_modulus *= factor(),
+                Term::Stiffness => hooks.stiffness *= factor(),
+                Term::Cohesion => hooks.cohesion *= factor(),
+                Term::Friction => hooks.friction *= factor(),
+                Term::ShearModulus => hooks.shear_modulus *= factor(),
                 _ => {}
             }
         }
-        out
     }
 
     fn after<T: Real>(
@@ -124,23 +125,23 @@ impl FreeForm {
         e: &[T],
         soil: &Soil<T>,
         at: &Contact<T>,
-        forces: WheelForces<T>,
-    ) -> WheelForces<T> {
-        let mut out = inner.after_at(&self.at_contact(e, at), soil, at, forces);
+        forces: &mut WheelForces<T>,
+    ) {
+        let (torque, side_force) = (forces.resistive_torque, forces.lateral_force);
+        inner.alter_forces(&self.at_contact(e, at), soil, at, forces);
         for (term, c) in self.split(e).1 {
             match term {
                 Term::Torque => {
-                    let action = out.resistive_torque - forces.resistive_torque;
-                    out.resistive_torque += action * c.exp_m1();
+                    let action = forces.resistive_torque - torque;
+                    forces.resistive_torque += action * c.exp_m1();
                 }
                 Term::SideForce => {
-                    let action = out.lateral_force - forces.lateral_force;
-                    out.lateral_force += action * c.exp_m1();
+                    let action = forces.lateral_force - side_force;
+                    forces.lateral_force += action * c.exp_m1();
                 }
                 _ => {}
             }
         }
-        out
     }
 
     fn loads<T: Real>(
@@ -241,7 +242,7 @@ macro_rules! at_scalars {
                 soil: &Soil<$scalar>,
                 at: &mut Contact<$scalar>,
             ) {
-                *at = self.before(&*self.inner, e, soil, *at);
+                self.before::<$scalar>(&*self.inner, e, soil, at);
             }
             fn alter_forces(
                 &self,
@@ -250,7 +251,7 @@ macro_rules! at_scalars {
                 at: &Contact<$scalar>,
                 forces: &mut WheelForces<$scalar>,
             ) {
-                *forces = self.after(&*self.inner, e, soil, at, *forces);
+                self.after::<$scalar>(&*self.inner, e, soil, at, forces);
             }
             fn vehicle_at(&self, e: &[$scalar], vehicle: Vehicle<$scalar>) -> Vehicle<$scalar> {
                 self.inner.vehicle_at(self.split(e).0, vehicle)

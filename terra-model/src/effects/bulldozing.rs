@@ -39,16 +39,15 @@ impl Effect for Bulldozing {
         e: &[T],
         soil: &Soil<T>,
         at: &Contact<T>,
-        mut forces: WheelForces<T>,
-    ) -> WheelForces<T> {
+        forces: &mut WheelForces<T>,
+    ) {
         // `NEEDS_SOIL` keeps models without c and φ away; a model without sinkage pushes nothing.
-        let Some(push) = push_per_width(soil, &forces) else {
-            return forces;
+        let Some(push) = push_per_width(soil, forces) else {
+            return;
         };
         let force = at.width * push * e[0];
         forces.drawbar_pull -= force;
         forces.parts.bulldozing_resistance += force;
-        forces
     }
 }
 

@@ -34,8 +34,7 @@ impl Effect for Grousers {
     const REGIME: &'static str = "pull and torque up, most on cohesive soil";
     const ISOLATED_BY: &'static str = "the same wheel with and without lugs";
 
-    fn before<T: Real>(&self, e: &[T], _soil: &Soil<T>, mut at: Contact<T>) -> Contact<T> {
+    fn before<T: Real>(&self, e: &[T], _soil: &Soil<T>, at: &mut Contact<T>) {
         at.hooks.lug_height += e[0];
-        at
     }
 }

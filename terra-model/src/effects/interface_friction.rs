@@ -33,9 +33,8 @@ impl Effect for InterfaceFriction {
     const REGIME: &'static str = "pull and torque down at every slip";
     const ISOLATED_BY: &'static str = "roughen the rim, or shear test against rim material";
 
-    fn before<T: Real>(&self, e: &[T], _soil: &Soil<T>, mut at: Contact<T>) -> Contact<T> {
+    fn before<T: Real>(&self, e: &[T], _soil: &Soil<T>, at: &mut Contact<T>) {
         at.hooks.cohesion *= T::one() - e[0];
         at.hooks.friction *= T::one() - e[0];
-        at
     }
 }

@@ -43,15 +43,14 @@ impl Effect for LateralBulldozing {
         e: &[T],
         soil: &Soil<T>,
         at: &Contact<T>,
-        mut forces: WheelForces<T>,
-    ) -> WheelForces<T> {
+        forces: &mut WheelForces<T>,
+    ) {
         // `NEEDS_SOIL` keeps models without c and φ away; a model without sinkage pushes nothing.
-        let Some(push) = push_per_width(soil, &forces) else {
-            return forces;
+        let Some(push) = push_per_width(soil, forces) else {
+            return;
         };
         let tan = at.slip_angle.tan() * 10.0;
         let share = tan.min_of(T::one()).max_of(-T::one());
         forces.lateral_force -= e[0] * 0.12 * at.wheelbase * push * share;
-        forces
     }
 }

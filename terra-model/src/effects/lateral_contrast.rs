@@ -34,8 +34,7 @@ impl Effect for LateralContrast {
     const REGIME: &'static str = "left against right on straight runs, yaw";
     const ISOLATED_BY: &'static str = "drive the track back the other way";
 
-    fn before<T: Real>(&self, e: &[T], _soil: &Soil<T>, mut at: Contact<T>) -> Contact<T> {
+    fn before<T: Real>(&self, e: &[T], _soil: &Soil<T>, at: &mut Contact<T>) {
         at.hooks.stiffness *= (e[0] * at.side * 0.5).exp();
-        at
     }
 }

@@ -39,14 +39,13 @@ impl Effect for LayeredSoil {
     const ISOLATED_BY: &'static str =
         "a plate test to 100 mm, or two loads that sink less and more than the layer's depth";
 
-    fn before<T: Real>(&self, e: &[T], soil: &Soil<T>, mut at: Contact<T>) -> Contact<T> {
+    fn before<T: Real>(&self, e: &[T], soil: &Soil<T>, at: &mut Contact<T>) {
         // `NEEDS_SOIL` keeps models without k and n away.
         let (Some(k), Some(n)) = (soil.stiffness, soil.sinkage_exponent) else {
-            return at;
+            return;
         };
         let depth = T::from(DEPTH);
         at.hooks.layer_depth = depth;
         at.hooks.layer_stiffness += e[0] * k * depth.pow_pos(n - 1.0);
-        at
     }
 }

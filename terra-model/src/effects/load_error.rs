@@ -33,8 +33,7 @@ impl Effect for LoadError {
     const REGIME: &'static str = "pull, torque and sinkage with the load";
     const ISOLATED_BY: &'static str = "put the wheel on a scale";
 
-    fn before<T: Real>(&self, e: &[T], _soil: &Soil<T>, mut at: Contact<T>) -> Contact<T> {
+    fn before<T: Real>(&self, e: &[T], _soil: &Soil<T>, at: &mut Contact<T>) {
         at.normal_load *= e[0] + 1.0;
-        at
     }
 }

@@ -36,11 +36,10 @@ impl Effect for Multipass {
         "sinkage of the rear wheels down, their torque too at low slip; second axle and own rut";
     const ISOLATED_BY: &'static str = "a second pass in the same rut";
 
-    fn before<T: Real>(&self, e: &[T], _soil: &Soil<T>, mut at: Contact<T>) -> Contact<T> {
+    fn before<T: Real>(&self, e: &[T], _soil: &Soil<T>, at: &mut Contact<T>) {
         let gain = e[0] * -(-at.earlier_passes).exp_m1();
         at.hooks.stiffness *= gain + 1.0;
         at.hooks.shear_modulus = at.hooks.shear_modulus / (gain * 0.5 + 1.0);
         at.hooks.cohesion *= gain * 0.3 + 1.0;
-        at
     }
 }

@@ -33,9 +33,8 @@ impl Effect for RateStiffening {
     const REGIME: &'static str = "sinkage and pull at equal slip but different speed";
     const ISOLATED_BY: &'static str = "the same slip at two speeds";
 
-    fn before<T: Real>(&self, e: &[T], _soil: &Soil<T>, mut at: Contact<T>) -> Contact<T> {
+    fn before<T: Real>(&self, e: &[T], _soil: &Soil<T>, at: &mut Contact<T>) {
         let speed = at.speed.abs().max_of(T::from(0.05));
         at.hooks.stiffness *= speed.pow_pos(e[0]);
-        at
     }
 }

@@ -32,8 +32,7 @@ impl Effect for RearContact {
     const REGIME: &'static str = "pull up, sinkage down; elastic soil, clay";
     const ISOLATED_BY: &'static str = "stress sensors in the rim, or sinkage beside pull";
 
-    fn before<T: Real>(&self, e: &[T], _soil: &Soil<T>, mut at: Contact<T>) -> Contact<T> {
+    fn before<T: Real>(&self, e: &[T], _soil: &Soil<T>, at: &mut Contact<T>) {
         at.hooks.exit_ratio += e[0];
-        at
     }
 }

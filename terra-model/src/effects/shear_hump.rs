@@ -33,8 +33,7 @@ impl Effect for ShearHump {
     const REGIME: &'static str = "pull and torque peak at slip .05 to .3, then drop";
     const ISOLATED_BY: &'static str = "a shear test of the soil";
 
-    fn before<T: Real>(&self, e: &[T], _soil: &Soil<T>, mut at: Contact<T>) -> Contact<T> {
+    fn before<T: Real>(&self, e: &[T], _soil: &Soil<T>, at: &mut Contact<T>) {
         at.hooks.shear_hump += e[0];
-        at
     }
 }

@@ -34,9 +34,8 @@ impl Effect for SkidSteerLateralSlip {
     const REGIME: &'static str = "pull down and a moment against the turn, in turns only";
     const ISOLATED_BY: &'static str = "turn at several yaw rates at the same speed";
 
-    fn before<T: Real>(&self, e: &[T], _soil: &Soil<T>, mut at: Contact<T>) -> Contact<T> {
+    fn before<T: Real>(&self, e: &[T], _soil: &Soil<T>, at: &mut Contact<T>) {
         let more = e[0] * at.slip_angle.tan();
         at.hooks.lateral_slip = Some(at.hooks.lateral_slip.map_or(more, |tan| tan + more));
-        at
     }
 }

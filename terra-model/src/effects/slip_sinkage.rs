@@ -34,8 +34,7 @@ impl Effect for SlipSinkage {
     const REGIME: &'static str = "pull down, torque and sinkage up, slip above .3";
     const ISOLATED_BY: &'static str = "sinkage sensor, or the same slip at two loads";
 
-    fn before<T: Real>(&self, e: &[T], _soil: &Soil<T>, mut at: Contact<T>) -> Contact<T> {
+    fn before<T: Real>(&self, e: &[T], _soil: &Soil<T>, at: &mut Contact<T>) {
         at.hooks.sinkage_exponent += e[0] * at.slip.abs();
-        at
     }
 }

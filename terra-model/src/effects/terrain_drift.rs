@@ -34,9 +34,8 @@ impl Effect for TerrainDrift {
     const REGIME: &'static str = "all channels, with path or time";
     const ISOLATED_BY: &'static str = "drive the same manoeuvre at both ends of the path";
 
-    fn before<T: Real>(&self, e: &[T], _soil: &Soil<T>, mut at: Contact<T>) -> Contact<T> {
+    fn before<T: Real>(&self, e: &[T], _soil: &Soil<T>, at: &mut Contact<T>) {
         at.hooks.stiffness *= (e[0] * at.path / 8.0).exp();
         at.hooks.cohesion *= (e[0] * at.path / 16.0).exp();
-        at
     }
 }

@@ -33,8 +33,7 @@ impl Effect for WheelCompliance {
     const REGIME: &'static str = "sinkage down under heavy load";
     const ISOLATED_BY: &'static str = "load the wheel on hard ground and measure the footprint";
 
-    fn before<T: Real>(&self, e: &[T], _soil: &Soil<T>, mut at: Contact<T>) -> Contact<T> {
+    fn before<T: Real>(&self, e: &[T], _soil: &Soil<T>, at: &mut Contact<T>) {
         at.hooks.contact_radius *= e[0] + 1.0;
-        at
     }
 }

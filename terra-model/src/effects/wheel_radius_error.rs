@@ -32,7 +32,7 @@ impl Effect for WheelRadiusError {
     const REGIME: &'static str = "slip offset at low slip; torque over pull";
     const ISOLATED_BY: &'static str = "measure the loaded radius with a tape";
 
-    fn before<T: Real>(&self, e: &[T], _soil: &Soil<T>, mut at: Contact<T>) -> Contact<T> {
+    fn before<T: Real>(&self, e: &[T], _soil: &Soil<T>, at: &mut Contact<T>) {
         let factor = e[0] + 1.0;
         // Rim speed R ω over travel speed grows by the factor: driving 1 - s = v/(R ω), braking 1 + s = R ω/v.
         // Written as changes of s, so that e = 0 changes no bit.
@@ -44,6 +44,5 @@ impl Effect for WheelRadiusError {
             T::zero().select_lt(braking, T::one() - T::one() / (braking + 1.0), braking);
         at.slip = at.slip.select_lt(T::zero(), from_braking, from_driving);
         at.radius *= factor;
-        at
     }
 }

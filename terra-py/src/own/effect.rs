@@ -118,12 +118,12 @@ impl PythonEffect {
         }
     }
 
-    fn before<T: Through>(&self, e: &[T], at: Contact<T>) -> Contact<T> {
+    fn before<T: Through>(&self, e: &[T], at: &mut Contact<T>) {
         if !self.touches.contains(&Touch::Contact) {
-            return at;
+            return;
         }
         let n = e.len();
-        let inputs: Vec<T> = e.iter().copied().chain(numbers(&at)).collect();
+        let inputs: Vec<T> = e.iter().copied().chain(numbers(at)).collect();
         let out = T::through(&inputs, &|x| {
             let mut c = [0.0; 24];
             c.copy_from_slice(&x[n..]);
@@ -134,20 +134,14 @@ impl PythonEffect {
             };
             self.changed("before", x, &CONTACT, &ask, &c)
         });
-        match out.ok().and_then(|row| <[T; 24]>::try_from(row).ok()) {
-            Some(row) => contact(row, at.hooks.lateral_slip),
-            None => at,
+        if let Some(row) = out.ok().and_then(|row| <[T; 24]>::try_from(row).ok()) {
+            *at = contact(row, at.hooks.lateral_slip);
         }
     }
 
-    fn after<T: Through>(
-        &self,
-        e: &[T],
-        at: &Contact<T>,
-        mut forces: WheelForces<T>,
-    ) -> WheelForces<T> {
+    fn after<T: Through>(&self, e: &[T], at: &Contact<T>, forces: &mut WheelForces<T>) {
         if !self.touches.contains(&Touch::Forces) {
-            return forces;
+            return;
         }
         let n = e.len();
         let old = [
@@ -182,7 +176,6 @@ impl PythonEffect {
             forces.sinkage = forces.sinkage.map(|_| *sinkage);
             forces.lateral_force = *lateral;
         }
-        forces
     }
 }
 
@@ -195,7 +188,7 @@ macro_rules! at_scalars {
                 _: &Soil<$scalar>,
                 at: &mut Contact<$scalar>,
             ) {
-                *at = self.before(e, *at);
+                self.before(e, at);
             }
             fn alter_forces(
                 &self,
@@ -204,7 +197,7 @@ macro_rules! at_scalars {
                 at: &Contact<$scalar>,
                 forces: &mut WheelForces<$scalar>,
             ) {
-                *forces = self.after(e, at, *forces);
+                self.after(e, at, forces);
             }
             fn vehicle_at(&self, _: &[$scalar], vehicle: Vehicle<$scalar>) -> Vehicle<$scalar> {
                 vehicle

@@ -38,10 +38,9 @@ macro_rules! contact_form {
             const REGIME: &'static str = "as the library's form";
             const ISOLATED_BY: &'static str = "as the library's form";
 
-            fn before<T: Real>(&self, e: &[T], $soil: &Soil<T>, mut $at: Contact<T>) -> Contact<T> {
+            fn before<T: Real>(&self, e: &[T], $soil: &Soil<T>, $at: &mut Contact<T>) {
                 let $e = e[0];
                 $body
-                $at
             }
         }
     };

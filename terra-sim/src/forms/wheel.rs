@@ -23,9 +23,8 @@ impl Effect for LoadFlattening {
     const REGIME: &'static str = "as the library's form";
     const ISOLATED_BY: &'static str = "as the library's form";
 
-    fn before<T: Real>(&self, e: &[T], _soil: &Soil<T>, mut at: Contact<T>) -> Contact<T> {
+    fn before<T: Real>(&self, e: &[T], _soil: &Soil<T>, at: &mut Contact<T>) {
         at.hooks.contact_radius *= e[0] * at.normal_load / 250.0 + 1.0;
-        at
     }
 }
 
@@ -54,11 +53,10 @@ macro_rules! force_form {
                 e: &[T],
                 $soil: &Soil<T>,
                 $at: &Contact<T>,
-                mut $forces: WheelForces<T>,
-            ) -> WheelForces<T> {
+                $forces: &mut WheelForces<T>,
+            ) {
                 let $e = e[0];
                 $body
-                $forces
             }
         }
     };
@@ -102,7 +100,7 @@ force_form!(
     ("1", 20.0),
     Scope::Any,
     |e, soil, at, forces| {
-        if let Some(push) = wedge(soil, &forces) {
+        if let Some(push) = wedge(soil, forces) {
             let force = e * at.width * push * (at.slip.abs() + 1.0) * 0.5;
             forces.drawbar_pull -= force;
             forces.parts.bulldozing_resistance += force;
@@ -118,7 +116,7 @@ force_form!(
     ("1", 20.0),
     Scope::Drive,
     |e, soil, at, forces| {
-        if let Some(push) = wedge(soil, &forces) {
+        if let Some(push) = wedge(soil, forces) {
             let share = (at.slip_angle.tan() / 0.3).tanh();
             forces.lateral_force -= e * 0.08 * at.wheelbase * push * share;
         }

@@ -41,11 +41,11 @@ impl Effect for BearingCapacity {
         e: &[T],
         soil: &Soil<T>,
         at: &Contact<T>,
-        mut forces: WheelForces<T>,
-    ) -> WheelForces<T> {
+        forces: &mut WheelForces<T>,
+    ) {
         let (Some(c), Some(phi), Some(z)) = (soil.cohesion, soil.friction_angle, forces.sinkage)
         else {
-            return forces;
+            return;
         };
         // γ \[N/m³\]; tan φ of clay without friction stands in a denominator.
         const UNIT_WEIGHT: f64 = 15_000.0;
@@ -63,7 +63,6 @@ impl Effect for BearingCapacity {
         let force = at.width * push * e[0];
         forces.drawbar_pull -= force;
         forces.parts.bulldozing_resistance += force;
-        forces
     }
 }
 
@@ -98,15 +97,14 @@ impl Effect for RubbingPile {
         e: &[T],
         soil: &Soil<T>,
         at: &Contact<T>,
-        mut forces: WheelForces<T>,
-    ) -> WheelForces<T> {
-        let (Some(push), Some(phi)) = (push_per_width(soil, &forces), soil.friction_angle) else {
-            return forces;
+        forces: &mut WheelForces<T>,
+    ) {
+        let (Some(push), Some(phi)) = (push_per_width(soil, forces), soil.friction_angle) else {
+            return;
         };
         let force = at.width * push * e[0];
         forces.drawbar_pull -= force;
         forces.parts.bulldozing_resistance += force;
         forces.resistive_torque += force * at.radius * phi.tan() * (at.slip * 10.0).tanh();
-        forces
     }
 }

@@ -29,12 +29,11 @@ impl Effect for SideWalls {
     const NEEDS: &'static [Hook] = &[Hook::Cohesion, Hook::Friction];
     const TOUCHES: &'static [Touch] = &[Touch::Contact];
 
-    fn before<T: Real>(&self, e: &[T], _soil: &Soil<T>, mut at: Contact<T>) -> Contact<T> {
+    fn before<T: Real>(&self, e: &[T], _soil: &Soil<T>, at: &mut Contact<T>) {
         let ratio = e[0] / at.width;
         let acot = -ratio.atan() + std::f64::consts::FRAC_PI_2;
         at.hooks.cohesion *= ratio * 2.0 + 1.0;
         at.hooks.friction *= ratio * acot * 0.64 + 1.0;
-        at
     }
 }
 
@@ -66,13 +65,13 @@ impl Effect for PassiveLug {
         e: &[T],
         soil: &Soil<T>,
         at: &Contact<T>,
-        mut forces: WheelForces<T>,
-    ) -> WheelForces<T> {
+        forces: &mut WheelForces<T>,
+    ) {
         /// γ \[N/m³\].
         const UNIT_WEIGHT: f64 = 15_000.0;
         let (Some(c), Some(phi), Some(z)) = (soil.cohesion, soil.friction_angle, forces.sinkage)
         else {
-            return forces;
+            return;
         };
         let height = e[0];
         let root = (phi * 0.5 + std::f64::consts::FRAC_PI_4).tan();
@@ -84,6 +83,5 @@ impl Effect for PassiveLug {
         forces.drawbar_pull += force;
         forces.parts.lug_thrust += force;
         forces.resistive_torque += force * (at.radius + height * 0.5);
-        forces
     }
 }

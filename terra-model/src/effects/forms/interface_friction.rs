@@ -33,9 +33,8 @@ impl Effect for Adhesion {
     const NEEDS: &'static [Hook] = &[Hook::Cohesion];
     const TOUCHES: &'static [Touch] = &[Touch::Contact];
 
-    fn before<T: Real>(&self, e: &[T], _soil: &Soil<T>, mut at: Contact<T>) -> Contact<T> {
+    fn before<T: Real>(&self, e: &[T], _soil: &Soil<T>, at: &mut Contact<T>) {
         at.hooks.cohesion *= T::one() - e[0];
-        at
     }
 }
 
@@ -66,13 +65,12 @@ impl Effect for SkinAngle {
     const NEEDS_SOIL: &'static [&'static str] = &["friction_angle"];
     const TOUCHES: &'static [Touch] = &[Touch::Contact];
 
-    fn before<T: Real>(&self, e: &[T], soil: &Soil<T>, mut at: Contact<T>) -> Contact<T> {
+    fn before<T: Real>(&self, e: &[T], soil: &Soil<T>, at: &mut Contact<T>) {
         let Some(phi) = soil.friction_angle else {
-            return at;
+            return;
         };
         // Clay without friction has none to lose, but a quotient to form.
         let phi = phi.max_of(T::from(1e-6));
         at.hooks.friction *= (phi * (T::one() - e[0])).tan() / phi.tan();
-        at
     }
 }

@@ -43,11 +43,11 @@ impl Effect for CuttingFlank {
         e: &[T],
         soil: &Soil<T>,
         at: &Contact<T>,
-        mut forces: WheelForces<T>,
-    ) -> WheelForces<T> {
+        forces: &mut WheelForces<T>,
+    ) {
         let (Some(c), Some(phi), Some(z)) = (soil.cohesion, soil.friction_angle, forces.sinkage)
         else {
-            return forces;
+            return;
         };
         /// γ \[N/m³\].
         const UNIT_WEIGHT: f64 = 15_000.0;
@@ -59,6 +59,5 @@ impl Effect for CuttingFlank {
         let mean = c * z * (2.0 / 3.0) + second * z.squared() * (0.5 * UNIT_WEIGHT * 8.0 / 15.0);
         let share = (at.slip_angle.tan() * 10.0).tanh();
         forces.lateral_force -= e[0] * chord * first * mean * share;
-        forces
     }
 }

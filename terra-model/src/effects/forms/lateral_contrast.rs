@@ -34,9 +34,8 @@ impl Effect for StrengthContrast {
     const TOUCHES: &'static [Touch] = &[Touch::Contact];
     const READS: &'static [Circumstance] = &[Circumstance::Side];
 
-    fn before<T: Real>(&self, e: &[T], _soil: &Soil<T>, mut at: Contact<T>) -> Contact<T> {
+    fn before<T: Real>(&self, e: &[T], _soil: &Soil<T>, at: &mut Contact<T>) {
         at.hooks.cohesion *= (e[0] * at.side * 0.5).exp();
         at.hooks.friction *= (e[0] * at.side * (1.0 / 6.0)).exp();
-        at
     }
 }

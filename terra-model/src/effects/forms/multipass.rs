@@ -41,15 +41,14 @@ impl Effect for Rut {
         e: &[T],
         soil: &Soil<T>,
         at: &Contact<T>,
-        mut forces: WheelForces<T>,
-    ) -> WheelForces<T> {
-        let Some(work) = compaction_work(soil, at, &forces) else {
-            return forces;
+        forces: &mut WheelForces<T>,
+    ) {
+        let Some(work) = compaction_work(soil, at, forces) else {
+            return;
         };
         let saved = work * e[0] * -(-at.earlier_passes).exp_m1();
         forces.drawbar_pull += saved;
         forces.parts.other += saved;
-        forces
     }
 }
 
@@ -80,11 +79,10 @@ impl Effect for PackedStrength {
     const TOUCHES: &'static [Touch] = &[Touch::Contact];
     const READS: &'static [Circumstance] = &[Circumstance::EarlierPasses];
 
-    fn before<T: Real>(&self, e: &[T], _soil: &Soil<T>, mut at: Contact<T>) -> Contact<T> {
+    fn before<T: Real>(&self, e: &[T], _soil: &Soil<T>, at: &mut Contact<T>) {
         let gain = e[0] * -(-at.earlier_passes).exp_m1();
         at.hooks.cohesion *= gain + 1.0;
         at.hooks.friction *= gain * 0.3 + 1.0;
         at.hooks.shear_modulus = at.hooks.shear_modulus / (gain + 1.0);
-        at
     }
 }

@@ -33,11 +33,10 @@ impl Effect for RimSpeed {
     const NEEDS: &'static [Hook] = &[Hook::Stiffness];
     const TOUCHES: &'static [Touch] = &[Touch::Contact];
 
-    fn before<T: Real>(&self, e: &[T], _soil: &Soil<T>, mut at: Contact<T>) -> Contact<T> {
+    fn before<T: Real>(&self, e: &[T], _soil: &Soil<T>, at: &mut Contact<T>) {
         let rim = (at.wheel_speed * at.radius).abs();
         let speed = rim.max_of(at.speed.abs()).max_of(T::from(0.05));
         at.hooks.stiffness *= speed.pow_pos(e[0]);
-        at
     }
 }
 
@@ -67,11 +66,10 @@ impl Effect for ShearRate {
     const NEEDS: &'static [Hook] = &[Hook::Cohesion, Hook::Friction];
     const TOUCHES: &'static [Touch] = &[Touch::Contact];
 
-    fn before<T: Real>(&self, e: &[T], _soil: &Soil<T>, mut at: Contact<T>) -> Contact<T> {
+    fn before<T: Real>(&self, e: &[T], _soil: &Soil<T>, at: &mut Contact<T>) {
         let slide = (at.wheel_speed * at.radius - at.speed).abs();
         let factor = (slide + 0.05).pow_pos(e[0]);
         at.hooks.cohesion *= factor;
         at.hooks.friction *= factor;
-        at
     }
 }

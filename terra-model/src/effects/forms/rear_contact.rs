@@ -37,13 +37,12 @@ impl Effect for ElasticUnloading {
     const NEEDS_SOIL: &'static [&'static str] = &["stiffness", "sinkage_exponent"];
     const TOUCHES: &'static [Touch] = &[Touch::Contact];
 
-    fn before<T: Real>(&self, e: &[T], soil: &Soil<T>, mut at: Contact<T>) -> Contact<T> {
-        let (Some(z), Some(n)) = (bekker_sinkage(soil, &at), soil.sinkage_exponent) else {
-            return at;
+    fn before<T: Real>(&self, e: &[T], soil: &Soil<T>, at: &mut Contact<T>) {
+        let (Some(z), Some(n)) = (bekker_sinkage(soil, at), soil.sinkage_exponent) else {
+            return;
         };
         let ratio = e[0] * (z * (1.0 / REFERENCE_DEPTH)).pow_pos((n - 1.0) * 0.5);
         at.hooks.exit_ratio += ratio.min_of(T::from(0.95));
-        at
     }
 }
 
@@ -78,15 +77,14 @@ impl Effect for EnergyReturn {
         e: &[T],
         soil: &Soil<T>,
         at: &Contact<T>,
-        mut forces: WheelForces<T>,
-    ) -> WheelForces<T> {
-        let Some(work) = compaction_work(soil, at, &forces) else {
-            return forces;
+        forces: &mut WheelForces<T>,
+    ) {
+        let Some(work) = compaction_work(soil, at, forces) else {
+            return;
         };
         let returned = work * e[0];
         forces.drawbar_pull += returned;
         forces.parts.other += returned;
         forces.sinkage = forces.sinkage.map(|z| z * (T::one() - e[0] * 0.5));
-        forces
     }
 }

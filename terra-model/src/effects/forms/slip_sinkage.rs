@@ -39,11 +39,11 @@ impl Effect for Excavation {
         e: &[T],
         soil: &Soil<T>,
         at: &Contact<T>,
-        forces: WheelForces<T>,
-    ) -> WheelForces<T> {
+        forces: &mut WheelForces<T>,
+    ) {
         let s = at.slip.abs().min_of(T::from(0.9));
         let dug = e[0] * s / (T::one() - s);
-        deeper(soil, at, forces, dug)
+        deeper(soil, at, forces, dug);
     }
 }
 
@@ -77,28 +77,23 @@ impl Effect for Proportional {
         e: &[T],
         soil: &Soil<T>,
         at: &Contact<T>,
-        forces: WheelForces<T>,
-    ) -> WheelForces<T> {
+        forces: &mut WheelForces<T>,
+    ) {
         let Some(z) = forces.sinkage else {
-            return forces;
+            return;
         };
         let s = at.slip.abs();
         // f - 1 = 1.5 s/(1 - s/2)
         let growth = s * 1.5 / (-s * 0.5 + 1.0);
-        deeper(soil, at, forces, z * e[0] * growth)
+        deeper(soil, at, forces, z * e[0] * growth);
     }
 }
 
 /// The wheel rests `dug` deeper and compacts a front of that depth; unchanged where k, n or z is unknown.
-fn deeper<T: Real>(
-    soil: &Soil<T>,
-    at: &Contact<T>,
-    mut forces: WheelForces<T>,
-    dug: T,
-) -> WheelForces<T> {
+fn deeper<T: Real>(soil: &Soil<T>, at: &Contact<T>, forces: &mut WheelForces<T>, dug: T) {
     let (Some(k), Some(n), Some(z)) = (soil.stiffness, soil.sinkage_exponent, forces.sinkage)
     else {
-        return forces;
+        return;
     };
     let power = n + 1.0;
     // What is not yet sunk at all still has a depth to take the power of.
@@ -108,5 +103,4 @@ fn deeper<T: Real>(
     forces.sinkage = Some(z + dug);
     forces.drawbar_pull -= force;
     forces.parts.other -= force;
-    forces
 }

@@ -35,10 +35,9 @@ impl Effect for StrengthDrift {
     const TOUCHES: &'static [Touch] = &[Touch::Contact];
     const READS: &'static [Circumstance] = &[Circumstance::Path];
 
-    fn before<T: Real>(&self, e: &[T], _soil: &Soil<T>, mut at: Contact<T>) -> Contact<T> {
+    fn before<T: Real>(&self, e: &[T], _soil: &Soil<T>, at: &mut Contact<T>) {
         at.hooks.cohesion *= (e[0] * at.path / 8.0).exp();
         at.hooks.friction *= (e[0] * at.path / 24.0).exp();
-        at
     }
 }
 
@@ -69,10 +68,9 @@ impl Effect for Undulating {
     const TOUCHES: &'static [Touch] = &[Touch::Contact];
     const READS: &'static [Circumstance] = &[Circumstance::Path];
 
-    fn before<T: Real>(&self, e: &[T], _soil: &Soil<T>, mut at: Contact<T>) -> Contact<T> {
+    fn before<T: Real>(&self, e: &[T], _soil: &Soil<T>, at: &mut Contact<T>) {
         let (wave, _) = (at.path * (std::f64::consts::TAU / 8.0)).sin_cos();
         at.hooks.stiffness *= (e[0] * wave).exp();
         at.hooks.cohesion *= (e[0] * wave * 0.5).exp();
-        at
     }
 }

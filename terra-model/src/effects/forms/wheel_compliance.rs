@@ -36,12 +36,11 @@ impl Effect for SubstituteCircle {
     const NEEDS_SOIL: &'static [&'static str] = &["stiffness", "sinkage_exponent"];
     const TOUCHES: &'static [Touch] = &[Touch::Contact];
 
-    fn before<T: Real>(&self, e: &[T], soil: &Soil<T>, mut at: Contact<T>) -> Contact<T> {
-        let Some(z) = bekker_sinkage(soil, &at) else {
-            return at;
+    fn before<T: Real>(&self, e: &[T], soil: &Soil<T>, at: &mut Contact<T>) {
+        let Some(z) = bekker_sinkage(soil, at) else {
+            return;
         };
         let x = e[0] * (T::from(REFERENCE_DEPTH) / z).sqrt();
         at.hooks.contact_radius *= ((x.squared() + 1.0).sqrt() + x).squared();
-        at
     }
 }
