@@ -35,7 +35,8 @@ const STRUCTURE_WITHIN: f64 = 5.0;
 /// One effect, by its row of the screen, under every structure tried.
 type Single = (usize, Vec<Weighed>);
 
-/// Confirms singles by joint fits, under the nominal structure and (on a rig) under the best other ones.
+/// Confirms singles by joint fits, under the nominal structure and (on a rig) under the best other ones. `known`: the best
+/// explanation there is beside them.
 pub(crate) fn confirm_singles(
     data: &DataSet,
     predictor: &dyn Predictor,
@@ -47,6 +48,7 @@ pub(crate) fn confirm_singles(
     screen: &[Screened],
     asked: &Asked,
     previous: Option<Before<'_>>,
+    known: Option<&Weighed>,
     anew: &mut Vec<String>,
 ) -> Vec<Single> {
     let kind = setup.kind;
@@ -132,7 +134,7 @@ pub(crate) fn confirm_singles(
     singles.extend(of_others.into_iter().flatten());
     if kind == LogKind::Drive {
         let mut all: Vec<&mut Weighed> = singles.iter_mut().flat_map(|(_, w)| w).collect();
-        start_anew(data, predictor, levels, null.len(), &mut all, anew);
+        start_anew(data, predictor, levels, null.len(), &mut all, known, anew);
     }
     singles
 }

@@ -260,7 +260,7 @@ pub(crate) fn confirm_pairs(
     pairs.extend(fitted);
     if kind == LogKind::Drive && !roughly {
         let mut all: Vec<&mut Weighed> = pairs.iter_mut().collect();
-        start_anew(data, predictor, levels, null.len(), &mut all, anew);
+        start_anew(data, predictor, levels, null.len(), &mut all, None, anew);
     }
     pairs
 }

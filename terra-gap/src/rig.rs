@@ -13,7 +13,7 @@ use terra_model::{
     Vehicle, library_slip,
 };
 
-use crate::abreast::{WORTH, in_groups, side_by_side};
+use crate::abreast::{self, WORTH, in_groups, side_by_side};
 use crate::dataset::{ChannelInfo, DataSet};
 use crate::error::GapError;
 use crate::logs::of_log;
@@ -224,6 +224,8 @@ impl RigPredictor {
 
 /// What rows have in common that are predicted at once.
 type Kind<'a> = (usize, &'a [Output], WheelData, [bool; 2]);
+
+impl abreast::Kind for Kind<'_> {}
 
 impl Row {
     fn kind(&self) -> Kind<'_> {

@@ -183,6 +183,7 @@ impl Round {
             &screen,
             &asked,
             None,
+            self.best(),
             &mut vec![],
         );
         let from = self.screen.len();
@@ -255,6 +256,7 @@ impl Round {
             &screen,
             &asked,
             before,
+            None,
             &mut anew,
         );
         let mut round = Round {
@@ -320,9 +322,13 @@ impl Round {
 
     /// The best explanation of a drive, where it is far better than the one that the noise was taken at.
     fn better(&self, kind: LogKind) -> Option<&Weighed> {
-        let best = self
-            .all()
-            .max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence))?;
+        let best = self.best()?;
         (kind == LogKind::Drive && self.is_bettered(best)).then_some(best)
+    }
+
+    /// The effects that say most.
+    fn best(&self) -> Option<&Weighed> {
+        let all = self.all();
+        all.max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence))
     }
 }

@@ -65,22 +65,24 @@ fn fresh_start(found: &Weighed, soil: usize) -> Option<Vec<f64>> {
     )
 }
 
-/// Fits the best explanations anew from there, unless that was done under another noise already or the best leaves nothing
-/// that they could win.
+/// Fits the best explanations anew from there, unless that was done under another noise already or the best, one of these or
+/// another that is `known`, leaves nothing that they could win.
 pub(crate) fn start_anew(
     data: &DataSet,
     predictor: &dyn Predictor,
     levels: &Amplitudes,
     soil: usize,
     all: &mut [&mut Weighed],
+    known: Option<&Weighed>,
     done: &mut Vec<String>,
 ) {
     descending(all, |w| w.log_evidence);
     let mut best: Vec<&mut Weighed> = all.iter_mut().take(ANEW).map(|w| &mut **w).collect();
-    if let Some(first) = best.first().map(|w| (**w).clone())
-        && first.chi2_per_value() < FAR_FIT
-    {
-        best.retain(|w| !out(w, std::iter::once(&first)));
+    let own = best.first().map(|w| (**w).clone());
+    for first in own.iter().chain(known) {
+        if first.chi2_per_value() < FAR_FIT {
+            best.retain(|w| !out(w, std::iter::once(first)));
+        }
     }
     best.retain(|w| !done.contains(&w.hypothesis.effect_name()));
     done.extend(best.iter().map(|w| w.hypothesis.effect_name()));

@@ -5,7 +5,7 @@ use std::ops::Range;
 use terra_model::{LaneDual, Lanes, Law, Scalar, Vector};
 
 use super::{DrivePredictor, Given, RAW, SPEED, VALUES, WHEEL, Window, YAW_RATE};
-use crate::abreast::{WORTH, in_groups, side_by_side};
+use crate::abreast::{self, WORTH, in_groups, side_by_side};
 use crate::error::GapError;
 use crate::logs::of_log;
 use crate::predictor::{Predictor, Sloped, varying};
@@ -79,6 +79,24 @@ pub(super) fn slopes(
         together,
         |i| Ok(together(&[i])?.concat()),
     )
+}
+
+/// What a braked wheel costs, a driven one being 1: its stresses are integrated in pieces.
+const BRAKED: f64 = 3.0;
+
+impl abreast::Kind for Kind {
+    fn cost(&self) -> f64 {
+        let wheel = |braked: &bool| if *braked { BRAKED } else { 1.0 };
+        self.nodes as f64 * self.braked.iter().map(wheel).sum::<f64>()
+    }
+
+    /// A lane waits for another's braked wheel.
+    fn with(&self, other: &Self) -> Option<Self> {
+        let braked = std::array::from_fn(|q| self.braked[q] || other.braked[q]);
+        let both = Kind { braked, ..*self };
+        let alike = Kind { braked, ..*other };
+        (both == alike).then_some(both)
+    }
 }
 
 /// Up to eight windows of one kind at once. `raw`: a raw quantity by its place; `of_lane`: what is wanted of a residual.
