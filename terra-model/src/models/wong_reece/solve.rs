@@ -15,6 +15,8 @@ use crate::root::{Search, rises_to};
 
 /// Relative step of the entry angle at which the short rule has done its part: the next one is of the size of its error.
 const HANDOVER: f64 = 1e-3;
+/// The same for a driven wheel where eight nodes count: Newton's next step leaves less than three nodes are off by.
+const HANDOVER_QUICKLY: f64 = 2e-2;
 /// The same for the rule that counts. The step that follows squares it.
 const DRIVING: f64 = 3e-7;
 /// The same where eight nodes count, which are right to 4e-8 themselves.
@@ -53,11 +55,16 @@ fn iterate<P: Root, const COARSE: usize, const FINE: usize, R>(
 ) -> Result<R, ModelError> {
     let area = primal.radius * primal.width;
     let stress = primal.stress();
+    let (handover, driving) = if const { FINE <= QUICK } {
+        (HANDOVER_QUICKLY, DRIVING_QUICKLY)
+    } else {
+        (HANDOVER, DRIVING)
+    };
     let mut search = Search {
         load,
         slip,
         rises_to: rises_to(slip, primal.rises_to()),
-        tolerance: HANDOVER,
+        tolerance: if primal.braking { HANDOVER } else { handover },
         feasible: false,
     };
     let mut start = match warm {
@@ -74,11 +81,6 @@ fn iterate<P: Root, const COARSE: usize, const FINE: usize, R>(
         |entry| times_area(coarse.at(entry).load(entry)),
         |entry| times_area(coarse.roughly_at(entry).load(entry)),
     );
-    let driving = if const { FINE <= QUICK } {
-        DRIVING_QUICKLY
-    } else {
-        DRIVING
-    };
     search.tolerance = if primal.braking { BRAKING } else { driving };
     // Whether there is an equilibrium is the longer rule's to say.
     if let Ok(near) = near {
