@@ -5,7 +5,7 @@
 use terra_model::{Lanes, Vector};
 
 use crate::error::GapError;
-use crate::parallel::for_each;
+use crate::parallel::try_for_each;
 
 /// Observations from which a group is cheaper than one plain number after the other.
 pub(crate) const WORTH: usize = 3;
@@ -105,7 +105,7 @@ pub(crate) fn in_groups<K: Kind + Sync, A: Clone + Default + Send + Sync>(
     alone: impl Fn(usize) -> Result<A, GapError> + Sync,
 ) -> Result<Vec<A>, GapError> {
     let groups = gather(indices, kind, worth);
-    let found: Vec<Vec<A>> = for_each(groups.len(), |k| {
+    let found: Vec<Vec<A>> = try_for_each(groups.len(), |k| {
         let places = &groups[k].places;
         let members: Vec<usize> = places.iter().map(|&place| indices[place]).collect();
         if members.len() >= worth
@@ -114,9 +114,7 @@ pub(crate) fn in_groups<K: Kind + Sync, A: Clone + Default + Send + Sync>(
             return Ok(found);
         }
         members.iter().map(|&i| alone(i)).collect()
-    })
-    .into_iter()
-    .collect::<Result<_, GapError>>()?;
+    })?;
     let mut out = vec![A::default(); indices.len()];
     for (group, found) in groups.iter().zip(found) {
         for (&place, answer) in group.places.iter().zip(found) {

@@ -8,7 +8,7 @@ use terra_model::{LaneDual, Lanes, Law, Real, Scalar, Vector};
 
 use crate::dataset::DataSet;
 use crate::error::GapError;
-use crate::parallel::for_each;
+use crate::parallel::try_for_each;
 
 /// A residual and its slopes in up to [`LaneDual::SLOPES`] variables.
 #[derive(Clone, Copy, Debug)]
@@ -108,11 +108,9 @@ pub(crate) trait Predict: Clone + Sync + Send + 'static {
         p: &[f64],
         indices: &[usize],
     ) -> Result<Vec<Vec<f64>>, GapError> {
-        for_each(indices.len(), |k| {
+        try_for_each(indices.len(), |k| {
             Predict::residual(self, law, p, indices[k], &Predict::raw(self, indices[k]))
         })
-        .into_iter()
-        .collect()
     }
 
     /// The same with their slopes in what varies: the parameters as they say, and these raw quantities in their order.
@@ -126,14 +124,12 @@ pub(crate) trait Predict: Clone + Sync + Send + 'static {
         varied: &Range<usize>,
         indices: &[usize],
     ) -> Result<Vec<Vec<Sloped>>, GapError> {
-        for_each(indices.len(), |k| {
+        try_for_each(indices.len(), |k| {
             let raw = Predict::raw(self, indices[k]).into_iter().enumerate();
             let raw: Vec<LaneDual> = raw.map(|(k, x)| varying(k, x.into(), varied)).collect();
             let found = Predict::residual(self, law, p, indices[k], &raw)?;
             Ok(found.iter().map(|r| Sloped::of_lane(r, 0)).collect())
         })
-        .into_iter()
-        .collect()
     }
 
     /// Where the values of an observation stand in `raw`, in their order.

@@ -2,6 +2,7 @@
 
 use terra_model::AnyEffect;
 
+use crate::fit::Fit;
 use crate::round::Round;
 use crate::setup::Screened;
 use crate::weigh::Weighed;
@@ -9,6 +10,8 @@ use crate::weigh::Weighed;
 /// A rival whose misfit beyond the noise is so many times the best one's, and so much more, is out: another noise or another
 /// start would have to change the misfit by as much.
 const OUT: (f64, f64) = (3.0, 100.0);
+/// The same where the best one is itself far from the data, so that another may still come nearer.
+const HOPELESS: (f64, f64) = (10.0, 1000.0);
 
 /// The round before.
 #[derive(Clone, Copy)]
@@ -37,7 +40,20 @@ impl<'a> Before<'a> {
 
 /// True where a rival is out of the contest with these.
 pub(crate) fn out<'a>(rival: &Weighed, others: impl Iterator<Item = &'a Weighed>) -> bool {
-    let beyond = |w: &Weighed| (w.plain.cost - w.plain.residual.len() as f64).max(0.0);
-    let least = others.map(beyond).fold(f64::INFINITY, f64::min);
-    beyond(rival) > OUT.0 * least + OUT.1
+    let least = others.map(|w| beyond(&w.plain));
+    behind(&rival.plain, least.fold(f64::INFINITY, f64::min), OUT)
+}
+
+/// True where a fit is so far behind another that it need not be looked at again, wherever the other stands.
+pub(crate) fn hopeless(rival: &Fit, best: &Fit) -> bool {
+    behind(rival, beyond(best), HOPELESS)
+}
+
+fn behind(rival: &Fit, least: f64, (times, more): (f64, f64)) -> bool {
+    beyond(rival) > times * least + more
+}
+
+/// Misfit beyond the noise.
+fn beyond(fit: &Fit) -> f64 {
+    (fit.cost - fit.residual.len() as f64).max(0.0)
 }

@@ -12,6 +12,7 @@ use crate::fit::Fit;
 use crate::hypothesis::Hypothesis;
 use crate::parallel::for_each;
 use crate::predictor::Predictor;
+use crate::renewal::hopeless;
 use crate::signatures::Asked;
 use crate::thin::Thin;
 
@@ -20,7 +21,8 @@ const CLOSER: usize = 10;
 /// Prior sd at which a one-sided effect begins: at its bound it may never leave.
 const ONE_SIDED: f64 = 0.5;
 
-/// The effects that come nearest to the data, best first, each with where it was found: as many as asked for.
+/// The effects that come nearest to the data, best first, each with where it was found: as many as asked for, but none that is far
+/// behind the first.
 pub(crate) fn scout(
     predictor: &dyn Predictor,
     null: &Hypothesis,
@@ -51,6 +53,9 @@ pub(crate) fn scout(
         .flatten()
         .collect();
     nearest(&mut found, best);
+    if let Some((_, first)) = found.first().cloned() {
+        found.retain(|(_, fit)| !hopeless(fit, &first));
+    }
     found
         .into_iter()
         .map(|(k, fit)| (k, fit.x.as_slice().to_vec()))

@@ -7,7 +7,7 @@ use terra_model::{AnyEffect, Touch};
 use crate::dataset::DataSet;
 use crate::fit::{Effort, Fit};
 use crate::predictor::Predictor;
-use crate::renewal::out;
+use crate::renewal::{hopeless, out};
 use crate::settings::LogKind;
 use crate::weigh::{Amplitudes, Weighed, weigh};
 
@@ -80,6 +80,7 @@ pub(crate) fn start_anew(
     let mut best: Vec<&mut Weighed> = all.iter_mut().take(ANEW).map(|w| &mut **w).collect();
     let own = best.first().map(|w| (**w).clone());
     for first in own.iter().chain(known) {
+        best.retain(|w| !hopeless(&w.plain, &first.plain));
         if first.chi2_per_value() < FAR_FIT {
             best.retain(|w| !out(w, std::iter::once(first)));
         }
