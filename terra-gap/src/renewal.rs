@@ -49,6 +49,12 @@ pub(crate) fn hopeless(rival: &Fit, best: &Fit) -> bool {
     behind(rival, beyond(best), HOPELESS)
 }
 
+/// Misfit per value from which others are hopelessly behind this one.
+pub(crate) fn hopeless_from(best: &Fit) -> f64 {
+    let (times, more) = HOPELESS;
+    1.0 + (times * beyond(best) + more) / best.residual.len().max(1) as f64
+}
+
 fn behind(rival: &Fit, least: f64, (times, more): (f64, f64)) -> bool {
     beyond(rival) > times * least + more
 }

@@ -213,6 +213,7 @@ impl Round {
         } = *common;
         let plain = noise.whitener(data)?;
         let levels = Amplitudes::new(&noise, data, setup.kind)?;
+        let levels = levels.against(previous.and_then(|p| p.0.best()));
         let mut starts = vec![fitted.x.as_slice().to_vec()];
         if setup.kind == LogKind::Rig {
             starts.push(vec![0.0; null.len()]);

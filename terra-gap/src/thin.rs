@@ -69,9 +69,28 @@ impl Thin {
         starts: &[Vec<f64>],
         guess: Option<&DMatrix<f64>>,
     ) -> Result<Fit, GapError> {
+        self.end_below(f64::INFINITY, predictor, hypothesis, starts, guess)
+    }
+
+    /// The same, given up where a misfit per value is out of reach.
+    ///
+    /// # Errors
+    /// As [`end`](Self::end).
+    pub(crate) fn end_below(
+        &self,
+        misfit: f64,
+        predictor: &dyn Predictor,
+        hypothesis: &Hypothesis,
+        starts: &[Vec<f64>],
+        guess: Option<&DMatrix<f64>>,
+    ) -> Result<Fit, GapError> {
         let slopes = guess.zip(self.rows.as_ref());
         let slopes = slopes.map(|(guess, rows)| guess.select_rows(rows));
-        let effort = Effort::Contest;
+        let effort = if misfit.is_finite() {
+            Effort::Below(misfit * self.data.len() as f64)
+        } else {
+            Effort::Contest
+        };
         fit_from(
             &self.data,
             predictor,

@@ -12,6 +12,7 @@ use crate::fit::{Effort, Fit, evaluate, fit_from, residual};
 use crate::hypothesis::Hypothesis;
 use crate::noise::{NoiseModel, Whitener};
 use crate::predictor::Predictor;
+use crate::renewal::hopeless_from;
 use crate::settings::LogKind;
 use crate::thin::Thin;
 
@@ -46,6 +47,8 @@ pub(crate) struct Amplitudes {
     pub(crate) scout: Option<Thin>,
     /// Where a drive's fits from far begin.
     pub(crate) thin: Option<Thin>,
+    /// Misfit per value from which a drive's rival is hopeless.
+    hopeless_from: f64,
 }
 
 impl Amplitudes {
@@ -69,7 +72,17 @@ impl Amplitudes {
                 LogKind::Drive => Some(Thin::new(data, noise, Thin::WAY)?),
                 LogKind::Rig | LogKind::Kinematic => None,
             },
+            hopeless_from: f64::INFINITY,
         })
+    }
+
+    /// The same for rivals of an explanation of a drive that was found under another noise: ways that end hopelessly far behind it
+    /// are only gone on few windows.
+    pub(crate) fn against(mut self, known: Option<&Weighed>) -> Self {
+        if let Some(known) = known.filter(|_| self.thin.is_some()) {
+            self.hopeless_from = hopeless_from(&known.plain);
+        }
+        self
     }
 }
 
@@ -210,7 +223,13 @@ pub(crate) fn weigh(
         && !thin.is_all()
         && !is_near(data, predictor, hypothesis, amplitudes, starts)
     {
-        let end = thin.end(predictor, hypothesis, &from, guess.take().as_ref())?;
+        let bar = amplitudes.hopeless_from;
+        let end = thin.end_below(bar, predictor, hypothesis, &from, guess.take().as_ref())?;
+        if end.cost > bar * end.residual.len() as f64
+            && let Ok(there) = weigh_at(data, predictor, hypothesis, amplitudes, &end)
+        {
+            return Ok(there);
+        }
         // A soil that carries the wheel in these windows may not carry it in all.
         if residual(data, predictor, hypothesis, end.x.as_slice()).is_ok() {
             from = vec![end.x.as_slice().to_vec()];
