@@ -14,7 +14,7 @@ use crate::lanes::Vector;
 use crate::real::{Real, Root, is_plain};
 
 /// The orders there are: nodes a piece of a branch.
-pub(crate) const ORDERS: [usize; 7] = [2, 3, 7, 8, 12, 16, 24];
+pub(crate) const ORDERS: [usize; 8] = [2, 3, 5, 7, 8, 12, 16, 24];
 const MOST: usize = 24;
 
 /// Nodes and weights on \[0, 1\], and the table that turns moments of u^n into weights.

@@ -11,9 +11,10 @@ use crate::param::Param;
 use crate::real::{Real, Root};
 use crate::stress::StressField;
 
-/// Nodes a piece in the first steps of driven wheels, and in the last of any. A braked one's first rule must see a fold that its
-/// load may have.
+/// Nodes a piece in the first steps of driven wheels, of braked ones, whose first rule must see a fold that its load may have, and
+/// in the last of any.
 const SHORT: usize = 3;
+const BRAKED: usize = 5;
 const LAST: usize = 8;
 
 /// The law by the rule of [`Accuracy::Default`](super::Accuracy::Default) in lanes; one contact is as exact as ever.
@@ -40,7 +41,7 @@ impl TerrainModel for Quick {
         let (entry, integrals): (T, Integrals<T>) = if wheel.lateral.is_some() {
             solve::rare::<T, COARSE, LAST>(&wheel, at)?
         } else if wheel.braking {
-            solve::balance::<T, COARSE, LAST>(&wheel, at, None)?
+            solve::balance::<T, BRAKED, LAST>(&wheel, at, None)?
         } else {
             solve::balance::<T, SHORT, LAST>(&wheel, at, None)?
         };
