@@ -1,14 +1,15 @@
 //! The fused update as an estimator.
 //!
 //! # Equation
-//! ln w_j <- ln w_j - q_j/2 + q_b/2, q = r~ᵀ S~⁻¹ r~, b the winner so far: log-weights stay near 0 where it matters, so that
-//! single precision is enough (a posterior within 1e-4 of double precision). S is shared: its slopes in slip and load are
-//! the winner's. Sums of weights are taken in double precision.
+//! log2 w_j <- log2 w_j - (q_j - m) log2(e)/2 - log2 w_b, q = r~ᵀ S~⁻¹ r~ of m rows, b the winner so far: its q is m on average,
+//! so log-weights stay near 0 where it matters, and single precision is enough (a posterior within 1e-4 of double precision). S is
+//! shared: its slopes in slip and load are the winner's. Sums of weights are taken in double precision. To base 2 because the
+//! power then needs no product.
 //!
 //! Exact for the choice `none`, and with it any number of samples may share a pass ([`FusedModel::update_block`]).
 
 use std::collections::VecDeque;
-use std::f64::consts::FRAC_1_SQRT_2;
+use std::f64::consts::{LN_2, LOG2_E};
 use std::ops::Range;
 
 use nalgebra::DMatrix;
@@ -31,8 +32,8 @@ use crate::multiple_model::MultipleModel;
 use crate::observation::ForceObservation;
 use crate::whiten::{Clock, Prewhitening};
 
-/// Log-weight above which all are shifted back.
-const HIGH: f32 = 20.0;
+/// Log-weight (to base 2) of the winner beyond which all are shifted back.
+const HIGH: f32 = 29.0;
 /// Samples of a pass at most: before they are lifted again, log-weights fall by some nats a sample and lose digits.
 const PASS: usize = 64;
 /// Tiles whose log-weights stay at hand between falling and being lifted.
@@ -47,7 +48,7 @@ pub struct FusedModel {
     table: GridTable,
     whitening: Option<Prewhitening>,
     rule: AlarmRule,
-    /// ln w (padded), the winner's near 0.
+    /// log2 w (padded), the winner's near 0.
     log_weights: Vec<[f32; LANES]>,
     /// Residuals of the last sample, tile by tile, in a tile row by row; empty where nothing is whitened in time.
     previous: Vec<[f32; LANES]>,
@@ -62,6 +63,8 @@ pub struct FusedModel {
     /// Σ w.
     total: f64,
     best: usize,
+    /// log2 w of the winner: taken out of all with the next pass.
+    top: f32,
     samples: usize,
     clock: Clock,
     recent: VecDeque<ForceObservation>,
@@ -103,6 +106,7 @@ impl FusedModel {
             whitening: None,
             rule: AlarmRule::default(),
             base: 0.0,
+            top: 0.0,
             samples: 0,
             clock: Clock::default(),
             recent: VecDeque::new(),
@@ -219,11 +223,18 @@ impl FusedModel {
             time: obs.time,
         })?;
         (out.rows, out.rho) = (m, rho as f32);
+        let to_base_2 = (0.5 * LOG2_E).sqrt();
+        let mut inverse_own = [0.0; LANES];
         let rows = out.row.iter_mut().zip(&inverse).zip(obs.forces.iter());
         for (k, ((row, inverse), observed)) in rows.enumerate() {
             row.groups.clear();
-            row.observed = *observed as f32;
-            row.whiten = inverse.map(|l| (l * FRAC_1_SQRT_2) as f32);
+            let own = inverse[k] * to_base_2;
+            // Whitened in time, residuals are wanted as they are.
+            let own_now = if self.whitening.is_some() { 1.0 } else { own };
+            row.observed = (observed * own_now) as f32;
+            row.scale = own as f32;
+            inverse_own[k] = 1.0 / inverse[k];
+            row.whiten = std::array::from_fn(|j| (inverse[j] * inverse_own[j]) as f32);
             let wheels = obs.contacts.iter().zip(&stencils).zip(columns(obs));
             for ((at, stencil), columns) in wheels {
                 let slice = slices.find(at.normal_load);
@@ -231,7 +242,7 @@ impl FusedModel {
                 let scales = [load, r * load, r];
                 for (output, (column, scale)) in columns.zip(scales).enumerate() {
                     // A force that the row does not look at is not looked up.
-                    let share = column.get(k).map_or(0.0, |a| a * scale);
+                    let share = column.get(k).map_or(0.0, |a| a * scale * own_now);
                     if share == 0.0 {
                         continue;
                     }
@@ -327,26 +338,17 @@ impl FusedModel {
         }
     }
 
-    /// The pass itself. Returns what was taken out of every log-weight.
-    ///
-    /// The winner's tile goes first: all log-weights are lifted by what it fell.
+    /// The pass itself. Returns what was taken out of every log-weight, to base e.
     fn pass(&mut self, samples: &[Sample]) -> f64 {
-        let own = self.best / (TILE * LANES);
-        let before = self.log_weight(self.best);
-        self.weigh(own..own + 1, samples);
-        let lift = before - self.log_weight(self.best);
+        let rows: usize = samples.iter().map(|s| s.rows).sum();
+        // As much as a right hypothesis falls on average, so that a long block ends near 0.
+        let lift = rows as f32 * (0.5 * std::f32::consts::LOG2_E) - self.top;
         let (mut where_highest, mut highest) = (0, f32::MIN);
         self.total = 0.0;
         for run in self.runs() {
-            if run.contains(&own) {
-                self.weigh(run.start..own, samples);
-                self.weigh(own + 1..run.end, samples);
-            } else {
-                self.weigh(run.clone(), samples);
-            }
+            self.weigh(run.clone(), samples);
             let (sum, top) = self.lift(&run, lift);
             self.total += f64::from(sum);
-            let top = top.to_array().into_iter().fold(f32::MIN, f32::max);
             // The first of equals wins.
             if top > highest {
                 (highest, where_highest) = (top, run.start * TILE);
@@ -361,21 +363,18 @@ impl FusedModel {
                 break;
             }
         }
+        self.top = highest;
         let mut taken_out = -f64::from(lift);
         // A new winner far above the old one, or an old one that fell far: all are shifted.
         if highest.abs() > HIGH {
             taken_out += f64::from(highest);
+            self.top = 0.0;
             self.total = self
                 .runs()
                 .map(|run| f64::from(self.lift(&run, -highest).0))
                 .sum();
         }
-        taken_out
-    }
-
-    fn log_weight(&self, j: usize) -> f32 {
-        let weights = self.log_weights.as_flattened();
-        weights.get(j).copied().unwrap_or(NEVER)
+        taken_out * LN_2
     }
 
     /// Tiles that are weighed and then lifted while they are at hand.
@@ -418,8 +417,8 @@ impl FusedModel {
         weigh_tiles(samples, length, tiles);
     }
 
-    /// Adds the same to the log-weights of tiles: the sum of their weights and their largest log-weights, lane by lane.
-    fn lift(&mut self, tiles: &Range<usize>, by: f32) -> (f32, f32x8) {
+    /// Adds the same to the log-weights of tiles: the sum of their weights and the largest of them.
+    fn lift(&mut self, tiles: &Range<usize>, by: f32) -> (f32, f32) {
         let end = (tiles.end * TILE).min(self.table.vectors);
         let weights = self.log_weights.get_mut(tiles.start * TILE..end);
         lift(weights.unwrap_or_default(), by)
@@ -458,7 +457,7 @@ impl Weighed for FusedModel {
 
     fn probabilities(&self) -> Vec<f64> {
         let weights = self.log_weights.as_flattened().iter().take(self.set.len());
-        let weights: Vec<f64> = weights.map(|lw| f64::from(*lw).exp()).collect();
+        let weights: Vec<f64> = weights.map(|lw| f64::from(*lw).exp2()).collect();
         let sum: f64 = weights.iter().sum();
         weights.into_iter().map(|w| w / sum).collect()
     }
@@ -471,7 +470,7 @@ impl Weighed for FusedModel {
             .zip(&self.table.feasible)
             .map(|(lw, feasible)| {
                 if *feasible {
-                    self.base + f64::from(*lw)
+                    self.base + f64::from(*lw) * LN_2
                 } else {
                     penalty
                 }

@@ -7,6 +7,7 @@
 mod estimator;
 mod grid;
 mod kernel;
+mod pair;
 mod shared;
 mod slice;
 
