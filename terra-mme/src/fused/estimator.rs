@@ -9,7 +9,7 @@
 //! Exact for the choice `none`, and with it any number of samples may share a pass ([`FusedModel::update_block`]).
 
 use std::collections::VecDeque;
-use std::f64::consts::{LN_2, LOG2_E};
+use std::f64::consts::LN_2;
 use std::ops::Range;
 
 use nalgebra::DMatrix;
@@ -17,8 +17,9 @@ use terra_model::Contact;
 use wide::f32x8;
 
 use super::grid::{GridTable, LANES, OUTPUTS, Stencil};
+use super::held::{HeldCovariance, Whiten};
 use super::kernel::{
-    FORCES, ROWS, SOURCES, Sample, Source, TILE, Tiles, WHEELS, lift, weigh_tiles,
+    FORCES, Group, ROWS, SOURCES, Sample, Source, TILE, Tiles, WHEELS, lift, weigh_tiles,
 };
 use super::shared::{Columns, Shared, factor};
 use super::slice::Slices;
@@ -206,6 +207,24 @@ impl FusedModel {
         Ok(shared.covariance())
     }
 
+    /// L⁻¹, S (1 - ρ²) = L Lᵀ, and the constant of its density.
+    #[inline]
+    fn factored(
+        &self,
+        obs: &ForceObservation,
+        stencils: &[Stencil; WHEELS],
+        rho: f64,
+    ) -> Result<(Columns, f64), EstimatorError> {
+        let s = self.shared(obs, stencils)?;
+        let factored = factor(s, obs.forces.len(), 1.0 - rho * rho);
+        factored
+            .filter(|(_, c)| c.is_finite())
+            .ok_or_else(|| EstimatorError::NotPositiveDefinite {
+                hypothesis: "all".to_owned(),
+                time: obs.time,
+            })
+    }
+
     /// What all hypotheses share at an observation; returns the constant of its density.
     fn sample(
         &self,
@@ -216,25 +235,18 @@ impl FusedModel {
     ) -> Result<f64, EstimatorError> {
         let stencils = self.stencils(obs)?;
         let m = obs.forces.len();
-        let s = self.shared(obs, &stencils)?;
-        let factored = factor(s, m, 1.0 - rho * rho).filter(|(_, c)| c.is_finite());
-        let (inverse, constant) = factored.ok_or_else(|| EstimatorError::NotPositiveDefinite {
-            hypothesis: "all".to_owned(),
-            time: obs.time,
-        })?;
+        let (inverse, constant) = self.factored(obs, &stencils, rho)?;
         (out.rows, out.rho) = (m, rho as f32);
-        let to_base_2 = (0.5 * LOG2_E).sqrt();
-        let mut inverse_own = [0.0; LANES];
-        let rows = out.row.iter_mut().zip(&inverse).zip(obs.forces.iter());
-        for (k, ((row, inverse), observed)) in rows.enumerate() {
+        let whiten = Whiten::new(&inverse, m);
+        let rows = out.row.iter_mut().zip(obs.forces.iter());
+        for (k, (row, observed)) in rows.enumerate() {
             row.groups.clear();
-            let own = inverse[k] * to_base_2;
+            let own = whiten.own[k];
             // Whitened in time, residuals are wanted as they are.
             let own_now = if self.whitening.is_some() { 1.0 } else { own };
             row.observed = (observed * own_now) as f32;
             row.scale = own as f32;
-            inverse_own[k] = 1.0 / inverse[k];
-            row.whiten = std::array::from_fn(|j| (inverse[j] * inverse_own[j]) as f32);
+            row.whiten = whiten.above[k];
             let wheels = obs.contacts.iter().zip(&stencils).zip(columns(obs));
             for ((at, stencil), columns) in wheels {
                 let slice = slices.find(at.normal_load);
@@ -247,8 +259,10 @@ impl FusedModel {
                         continue;
                     }
                     if let Some(k) = slice {
-                        let block = slices.ready(k, &self.table, stencil, output);
-                        row.groups.push(stencil.sliced(k, block, share));
+                        let first = stencil.first_slip();
+                        let block = slices.ready(k, &self.table, first, output);
+                        let along = stencil.slip_weights();
+                        row.groups.push(Group::sliced(k, block, along, share));
                     } else {
                         stencil.groups(output, share, &mut row.groups);
                     }
@@ -293,6 +307,75 @@ impl FusedModel {
             }
         }
         Ok(())
+    }
+
+    /// S of an observation, as the winner now makes it, and its map, for [`update_held`](Self::update_held).
+    ///
+    /// # Errors
+    /// As [`update`](ParameterEstimator::update); [`EstimatorError::NotSupported`] with prewhitening or a history, which want a
+    /// time with every sample.
+    pub fn hold(&self, obs: &ForceObservation) -> Result<HeldCovariance, EstimatorError> {
+        self.holds()?;
+        let stencils = self.stencils(obs)?;
+        let (m, w) = (obs.forces.len(), obs.contacts.len());
+        let (inverse, constant) = self.factored(obs, &stencils, 0.0)?;
+        Ok(HeldCovariance::new(
+            &inverse,
+            (m, w),
+            constant,
+            self.table.radius,
+            obs.map.as_slice().chunks_exact(m),
+        ))
+    }
+
+    fn holds(&self) -> Result<(), EstimatorError> {
+        let (with, reason) = match (&self.whitening, &self.history) {
+            (Some(_), _) => ("prewhitening", "a held sample has no time"),
+            (_, Some(_)) => ("history", "a held sample has no time"),
+            _ => return Ok(()),
+        };
+        Err(EstimatorError::NotSupported {
+            estimator: "fused",
+            choice: with.to_owned(),
+            reason,
+        })
+    }
+
+    /// Weighs one sample with a covariance and a map that were [held](Self::hold): slip and normal load \[N\] of each wheel,
+    /// and the forces \[N, N m, m\] in the order of the map's rows. The posterior is that of
+    /// [`update`](ParameterEstimator::update) with the same S; a small set costs a tenth.
+    ///
+    /// S is not renewed as slip, load or the winner change, the alarm is not fed ([`consistency`](Weighed::consistency) knows
+    /// nothing of these samples), and as no time is given none is checked. Nothing is changed when it fails.
+    ///
+    /// # Errors
+    /// [`EstimatorError::Size`] for other numbers of wheels or forces than were held, [`EstimatorError::Value`] for a force that
+    /// is not finite, [`EstimatorError::OutsideTable`], [`EstimatorError::NotSupported`] as [`hold`](Self::hold).
+    pub fn update_held(
+        &mut self,
+        held: &HeldCovariance,
+        slips_and_loads: &[(f64, f64)],
+        forces: &[f64],
+    ) -> Result<(), EstimatorError> {
+        self.holds()?;
+        held.check(slips_and_loads, forces)?;
+        let loads = || slips_and_loads.iter().map(|(_, load)| *load);
+        let mut samples = std::mem::take(&mut self.block);
+        if samples.is_empty() {
+            samples.push(Sample::default());
+        }
+        self.slices.keep(&self.table, loads(), |_| false);
+        let filled = samples.first_mut().map_or(Ok(()), |sample| {
+            let (table, slices) = (&self.table, &mut self.slices);
+            held.fill(slips_and_loads, forces, table, slices, sample)
+        });
+        if filled.is_ok() {
+            self.slices.end(loads());
+            self.base += held.constant + self.pass(samples.get(..1).unwrap_or_default());
+            self.samples += 1;
+        }
+        self.block = samples;
+        filled
     }
 
     /// What the samples of a block share; returns the constants of their densities.

@@ -33,6 +33,18 @@ pub(super) struct Group {
     pub(super) weight: [f32; ALONG],
 }
 
+impl Group {
+    /// Of a slice whose nodes begin at `block`: four along slip, taken `share` times.
+    #[inline]
+    pub(super) fn sliced(slice: usize, block: usize, along: &[f64; ALONG], share: f64) -> Self {
+        Group {
+            source: 1 + slice,
+            block,
+            weight: along.map(|slip| (slip * share) as f32),
+        }
+    }
+}
+
 /// One row of an observation.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Row {

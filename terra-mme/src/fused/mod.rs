@@ -6,6 +6,7 @@
 
 mod estimator;
 mod grid;
+mod held;
 mod kernel;
 mod pair;
 mod shared;
@@ -13,3 +14,4 @@ mod slice;
 
 pub use estimator::FusedModel;
 pub use grid::GridTable;
+pub use held::HeldCovariance;
