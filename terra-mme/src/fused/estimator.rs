@@ -21,6 +21,7 @@ use super::held::{HeldCovariance, Whiten};
 use super::kernel::{
     FORCES, Group, ROWS, SOURCES, Sample, Source, TILE, Tiles, WHEELS, lift, weigh_tiles,
 };
+use super::pair::Pair;
 use super::shared::{Columns, Shared, factor};
 use super::slice::Slices;
 use crate::choice::Choice;
@@ -423,20 +424,19 @@ impl FusedModel {
 
     /// The pass itself. Returns what was taken out of every log-weight, to base e.
     fn pass(&mut self, samples: &[Sample]) -> f64 {
-        let rows: usize = samples.iter().map(|s| s.rows).sum();
+        let rows = match samples {
+            [one] => one.rows,
+            _ => samples.iter().map(|s| s.rows).sum(),
+        };
         // As much as a right hypothesis falls on average, so that a long block ends near 0.
-        let lift = rows as f32 * (0.5 * std::f32::consts::LOG2_E) - self.top;
-        let (mut where_highest, mut highest) = (0, f32::MIN);
-        self.total = 0.0;
-        for run in self.runs() {
-            self.weigh(run.clone(), samples);
-            let (sum, top) = self.lift(&run, lift);
-            self.total += f64::from(sum);
-            // The first of equals wins.
-            if top > highest {
-                (highest, where_highest) = (top, run.start * TILE);
+        let lift = rows as u32 as f32 * (0.5 * std::f32::consts::LOG2_E) - self.top;
+        let (where_highest, highest) = match self.one_tile(samples, lift) {
+            Some((sum, highest)) => {
+                self.total = f64::from(sum);
+                (0, highest)
             }
-        }
+            None => self.all_tiles(samples, lift),
+        };
         let vectors = self.log_weights.get(where_highest..).unwrap_or_default();
         for (k, lw) in vectors.iter().enumerate() {
             let same = f32x8::from(*lw).simd_eq(f32x8::splat(highest));
@@ -454,35 +454,81 @@ impl FusedModel {
             self.top = 0.0;
             self.total = self
                 .runs()
-                .map(|run| f64::from(self.lift(&run, -highest).0))
+                .map(|(vectors, _)| f64::from(self.lift(&vectors, -highest).0))
                 .sum();
         }
         taken_out * LN_2
     }
 
-    /// Tiles that are weighed and then lifted while they are at hand.
-    fn runs(&self) -> impl Iterator<Item = Range<usize>> + use<> {
-        let tiles = self.table.vectors.div_ceil(TILE);
-        (0..tiles)
-            .step_by(RUN)
-            .map(move |from| from..(from + RUN).min(tiles))
+    /// A set that is one tile, under a sample of two short rows: the sum of its weights and the largest log-weight. `None` for
+    /// others.
+    #[inline]
+    fn one_tile(&mut self, samples: &[Sample], lift: f32) -> Option<(f32, f32)> {
+        let ([sample], true, true) = (
+            samples,
+            self.previous.is_empty(),
+            self.table.vectors <= TILE,
+        ) else {
+            return None;
+        };
+        let pair = Pair::of(sample)?;
+        let sources = pair.sources();
+        let sources = sources.map(|k| self.slices.source(&self.table, k).values);
+        let length = self.table.vectors;
+        Some(pair.one_tile(length, sources, &mut self.log_weights, lift))
     }
 
-    /// Tiles under all samples.
-    fn weigh(&mut self, tiles: Range<usize>, samples: &[Sample]) {
-        let whole = self.table.vectors / TILE;
-        let middle = tiles.end.min(whole);
-        if tiles.start < middle {
-            self.weigh_alike(tiles.start * TILE..middle * TILE, TILE, samples);
+    /// Run by run: where the largest log-weight is, or some vectors before, and the largest.
+    #[inline(never)]
+    fn all_tiles(&mut self, samples: &[Sample], lift: f32) -> (usize, f32) {
+        let pair = match samples {
+            [sample] if self.previous.is_empty() => Pair::of(sample),
+            _ => None,
+        };
+        let (mut where_highest, mut highest) = (0, f32::MIN);
+        self.total = 0.0;
+        for (vectors, length) in self.runs() {
+            match &pair {
+                Some(pair) => self.weigh_pair(&vectors, length, pair),
+                None => self.weigh_alike(&vectors, length, samples),
+            }
+            let (sum, top) = self.lift(&vectors, lift);
+            self.total += f64::from(sum);
+            // The first of equals wins.
+            if top > highest {
+                (highest, where_highest) = (top, vectors.start);
+            }
         }
-        if tiles.start < tiles.end && tiles.end > whole {
-            let rest = whole * TILE..self.table.vectors;
-            self.weigh_alike(rest.clone(), rest.len(), samples);
-        }
+        (where_highest, highest)
+    }
+
+    /// Vectors that are weighed and then lifted while they are at hand, and the length of their tiles: whole ones, then what is
+    /// left of one.
+    fn runs(&self) -> impl Iterator<Item = (Range<usize>, usize)> + use<> {
+        let all = self.table.vectors;
+        let whole = all / TILE * TILE;
+        let runs = (0..whole)
+            .step_by(RUN * TILE)
+            .map(move |from| (from..(from + RUN * TILE).min(whole), TILE));
+        runs.chain((whole < all).then(|| (whole..all, all - whole)))
+    }
+
+    /// Vectors of tiles of equal length under a sample of two short rows.
+    fn weigh_pair(&mut self, vectors: &Range<usize>, length: usize, pair: &Pair) {
+        let sources = pair.sources().map(|k| {
+            let Source { values, blocks } = self.slices.source(&self.table, k);
+            let values = values.get(vectors.start * blocks..vectors.end * blocks);
+            Source {
+                values: values.unwrap_or_default(),
+                blocks,
+            }
+        });
+        let weights = self.log_weights.get_mut(vectors.clone());
+        pair.weigh(length, sources, weights.unwrap_or_default());
     }
 
     /// Vectors of tiles of equal length under all samples.
-    fn weigh_alike(&mut self, vectors: Range<usize>, length: usize, samples: &[Sample]) {
+    fn weigh_alike(&mut self, vectors: &Range<usize>, length: usize, samples: &[Sample]) {
         let part = |each: usize| vectors.start * each..vectors.end * each;
         let mut sources = [Source::default(); SOURCES];
         let slices = self.slices.slices.iter().map(|s| (&s.values, s.blocks()));
@@ -500,10 +546,9 @@ impl FusedModel {
         weigh_tiles(samples, length, tiles);
     }
 
-    /// Adds the same to the log-weights of tiles: the sum of their weights and the largest of them.
-    fn lift(&mut self, tiles: &Range<usize>, by: f32) -> (f32, f32) {
-        let end = (tiles.end * TILE).min(self.table.vectors);
-        let weights = self.log_weights.get_mut(tiles.start * TILE..end);
+    /// Adds the same to some log-weights: the sum of their weights and the largest of them.
+    fn lift(&mut self, vectors: &Range<usize>, by: f32) -> (f32, f32) {
+        let weights = self.log_weights.get_mut(vectors.clone());
         lift(weights.unwrap_or_default(), by)
     }
 }

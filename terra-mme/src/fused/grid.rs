@@ -268,7 +268,8 @@ fn place(j: usize, vectors: usize, blocks: usize) -> Place {
 
 /// First node, weights and slopes of the cubic through four of n nodes at 0, 1, .. n-1.
 fn cubic(x: f64, n: usize) -> (usize, [f64; 4], [f64; 4]) {
-    let first = (x.floor() as usize).saturating_sub(1).min(n - 4);
+    // Through 32 bits, which the processor converts by itself.
+    let first = (x as u32 as usize).saturating_sub(1).min(n - 4);
     let t = x - first as f64;
     let (a, b, c, d) = (t, t - 1.0, t - 2.0, t - 3.0);
     let weight = [

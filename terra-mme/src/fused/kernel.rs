@@ -4,7 +4,6 @@ use wide::bytemuck::cast;
 use wide::{f32x4, f32x8, i32x8};
 
 use super::grid::{ALONG, LANES};
-use super::pair::weigh_pair;
 
 /// Rows of an observation at most.
 pub(super) const ROWS: usize = 6;
@@ -218,12 +217,7 @@ fn weigh_rows<const V: usize, const M: usize>(samples: &[Sample], tiles: Tiles<'
 }
 
 /// As [`weigh_rows`], whatever the rows.
-fn weigh<const V: usize>(samples: &[Sample], mut tiles: Tiles<'_>) {
-    if let [sample] = samples
-        && weigh_pair::<V>(sample, &mut tiles)
-    {
-        return;
-    }
+fn weigh<const V: usize>(samples: &[Sample], tiles: Tiles<'_>) {
     let rows = samples.first().map_or(0, |s| s.rows);
     let rows = if samples.iter().all(|s| s.rows == rows) {
         rows

@@ -4,63 +4,100 @@
 use wide::f32x8;
 
 use super::grid::{ALONG, LANES};
-use super::kernel::{Group, Row, SOURCES, Sample, Source, Tiles};
+use super::kernel::{Group, Sample, Source, lift};
 
 /// What hypotheses share at such a sample.
-struct Pair {
+pub(super) struct Pair {
+    groups: [Group; 2],
     weight: [[f32x8; ALONG]; 2],
     observed: [f32x8; 2],
     /// What the second row takes of the first.
     cross: f32x8,
 }
 
-/// Weighs tiles of V vectors if the sample is such a one; whether it was.
-pub(super) fn weigh_pair<const V: usize>(sample: &Sample, tiles: &mut Tiles<'_>) -> bool {
-    let [one, two, ..] = &sample.row;
-    let (2, true, [a], [b]) = (
-        sample.rows,
-        tiles.previous.is_empty(),
-        one.groups.as_slice(),
-        two.groups.as_slice(),
-    ) else {
-        return false;
-    };
-    let all = f32x8::splat;
-    let observed = |row: &Row| all(-row.observed);
-    let pair = Pair {
-        weight: [a.weight.map(all), b.weight.map(all)],
-        observed: [observed(one), observed(two)],
-        cross: all(two.whiten[0]),
-    };
-    let (weights, _) = tiles.weights.as_chunks_mut::<V>();
-    let nodes = nodes::<V>(&tiles.sources, a).zip(nodes::<V>(&tiles.sources, b));
-    for (weights, (a, b)) in weights.iter_mut().zip(nodes) {
-        pair.fall(a, b, weights);
-    }
-    true
-}
-
-/// The nodes of a group, tile by tile.
-fn nodes<'a, const V: usize>(
-    sources: &[Source<'a>; SOURCES],
-    group: &Group,
-) -> impl Iterator<Item = &'a [[[f32; LANES]; V]; ALONG]> {
-    let Source { values, blocks } = sources[group.source % SOURCES];
-    let (values, _) = values.as_chunks::<V>();
-    let from = values.get(group.block..).unwrap_or_default();
-    // The last tile ends before a whole stride from its node does.
-    from.chunks(blocks.max(1))
-        .map_while(|tile| tile.first_chunk())
-}
+/// Nodes of a row in a tile of V vectors.
+type Nodes<const V: usize> = [[[f32; LANES]; V]; ALONG];
 
 impl Pair {
+    /// Of a sample of that kind, whose rows have their scale in their weights.
     #[inline]
-    fn fall<const V: usize>(
+    pub(super) fn of(sample: &Sample) -> Option<Self> {
+        let [one, two, ..] = &sample.row;
+        let (2, [a], [b]) = (sample.rows, one.groups.as_slice(), two.groups.as_slice()) else {
+            return None;
+        };
+        let all = f32x8::splat;
+        Some(Pair {
+            groups: [*a, *b],
+            weight: [a.weight.map(all), b.weight.map(all)],
+            observed: [all(-one.observed), all(-two.observed)],
+            cross: all(two.whiten[0]),
+        })
+    }
+
+    /// Sources that the rows look at.
+    pub(super) fn sources(&self) -> [usize; 2] {
+        [self.groups[0].source, self.groups[1].source]
+    }
+
+    /// Weighs tiles of `length` vectors, given the sources of both rows there.
+    #[inline]
+    pub(super) fn weigh(&self, length: usize, sources: [Source<'_>; 2], w: &mut [[f32; LANES]]) {
+        match length {
+            1 => self.tiles::<1>(sources, w),
+            2 => self.tiles::<2>(sources, w),
+            4 => self.tiles::<4>(sources, w),
+            _ => self.tiles::<8>(sources, w),
+        }
+    }
+
+    /// Weighs a set of one tile and lifts it: the sum of its weights and the largest log-weight.
+    #[inline]
+    pub(super) fn one_tile(
         &self,
-        a: &[[[f32; LANES]; V]; ALONG],
-        b: &[[[f32; LANES]; V]; ALONG],
-        weights: &mut [[f32; LANES]; V],
-    ) {
+        length: usize,
+        values: [&[[f32; LANES]]; 2],
+        weights: &mut [[f32; LANES]],
+        by: f32,
+    ) -> (f32, f32) {
+        match length {
+            1 => self.first::<1>(values, weights),
+            2 => self.first::<2>(values, weights),
+            4 => self.first::<4>(values, weights),
+            _ => self.first::<8>(values, weights),
+        }
+        lift(weights, by)
+    }
+
+    #[inline]
+    fn first<const V: usize>(&self, values: [&[[f32; LANES]]; 2], weights: &mut [[f32; LANES]]) {
+        let [a, b] = [0, 1].map(|k| {
+            let tile = values[k].as_chunks::<V>().0;
+            let from = tile.get(self.groups[k].block..)?;
+            from.first_chunk()
+        });
+        if let (Some(a), Some(b), Some(weights)) = (a, b, weights.first_chunk_mut()) {
+            self.fall(a, b, weights);
+        }
+    }
+
+    fn tiles<const V: usize>(&self, sources: [Source<'_>; 2], weights: &mut [[f32; LANES]]) {
+        let [mut a, mut b] = sources.map(|s| s.values.as_chunks::<V>().0);
+        for weights in weights.as_chunks_mut::<V>().0 {
+            let [Some(own), Some(other)] = [(a, 0), (b, 1)].map(|(tile, k)| {
+                let from = tile.get(self.groups[k].block..);
+                from.and_then(|from| from.first_chunk())
+            }) else {
+                return;
+            };
+            self.fall(own, other, weights);
+            a = a.get(sources[0].blocks..).unwrap_or_default();
+            b = b.get(sources[1].blocks..).unwrap_or_default();
+        }
+    }
+
+    #[inline]
+    fn fall<const V: usize>(&self, a: &Nodes<V>, b: &Nodes<V>, weights: &mut [[f32; LANES]; V]) {
         for (v, lw) in weights.iter_mut().enumerate() {
             let [mut e, mut d] = self.observed;
             for k in 0..ALONG {

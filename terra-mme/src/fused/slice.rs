@@ -4,7 +4,7 @@
 use wide::f32x8;
 
 use super::grid::{ALONG, GridTable, LANES, OUTPUTS};
-use super::kernel::{TILE, WHEELS};
+use super::kernel::{Source, TILE, WHEELS};
 use crate::observation::ForceObservation;
 
 /// One load, `values[tile][output][slip][vector]`, a node filled when it is first asked for.
@@ -95,6 +95,21 @@ impl Slices {
     /// The slice of a load.
     pub(super) fn find(&self, load: f64) -> Option<usize> {
         self.slices.iter().position(|s| s.load == load)
+    }
+
+    /// Forces of all vectors: source 0 is the table, the others are slices.
+    #[inline]
+    pub(super) fn source<'a>(&'a self, table: &'a GridTable, source: usize) -> Source<'a> {
+        match source.checked_sub(1).and_then(|k| self.slices.get(k)) {
+            Some(slice) => Source {
+                values: &slice.values,
+                blocks: slice.blocks(),
+            },
+            None => Source {
+                values: &table.values,
+                blocks: table.blocks,
+            },
+        }
     }
 
     /// Fills what a look-up of an output takes of slice k, from a node along slip on, and returns its first block.
