@@ -214,6 +214,17 @@ impl GridTable {
         })
     }
 
+    /// First node along slip, and weights.
+    #[inline]
+    pub(super) fn slip_weights(&self, slip: f64) -> Result<(usize, [f64; ALONG]), EstimatorError> {
+        inside("slip", slip, self.range.slip)?;
+        let (first, weight, _) = cubic(
+            (slip - self.range.slip.0) * self.scale[1],
+            self.range.nodes.0,
+        );
+        Ok((first, weight))
+    }
+
     /// First node along slip, weights, and their slopes.
     #[inline]
     pub(super) fn along_slip(&self, slip: f64) -> Result<Along, EstimatorError> {
@@ -267,6 +278,7 @@ fn place(j: usize, vectors: usize, blocks: usize) -> Place {
 }
 
 /// First node, weights and slopes of the cubic through four of n nodes at 0, 1, .. n-1.
+#[inline(always)]
 fn cubic(x: f64, n: usize) -> (usize, [f64; 4], [f64; 4]) {
     // Through 32 bits, which the processor converts by itself.
     let first = (x as u32 as usize).saturating_sub(1).min(n - 4);

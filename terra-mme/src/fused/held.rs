@@ -136,7 +136,7 @@ impl HeldCovariance {
             // A slice holds the interpolation along its load.
             let (first, along, stencil) = match slice {
                 Some(_) => {
-                    let (first, weight, _) = table.along_slip(*slip)?;
+                    let (first, weight) = table.slip_weights(*slip)?;
                     (first, weight, None)
                 }
                 None => (0, [0.0; ALONG], Some(table.at(*slip, *load)?)),

@@ -7,6 +7,7 @@ use super::grid::{ALONG, LANES};
 use super::kernel::{Group, Sample, Source, lift};
 
 /// What hypotheses share at such a sample.
+#[derive(Clone, Copy)]
 pub(super) struct Pair {
     groups: [Group; 2],
     weight: [[f32x8; ALONG]; 2],
@@ -82,15 +83,17 @@ impl Pair {
     }
 
     fn tiles<const V: usize>(&self, sources: [Source<'_>; 2], weights: &mut [[f32; LANES]]) {
+        // A copy may stay in registers from tile to tile.
+        let own_pair = *self;
         let [mut a, mut b] = sources.map(|s| s.values.as_chunks::<V>().0);
         for weights in weights.as_chunks_mut::<V>().0 {
             let [Some(own), Some(other)] = [(a, 0), (b, 1)].map(|(tile, k)| {
-                let from = tile.get(self.groups[k].block..);
+                let from = tile.get(own_pair.groups[k].block..);
                 from.and_then(|from| from.first_chunk())
             }) else {
                 return;
             };
-            self.fall(own, other, weights);
+            own_pair.fall(own, other, weights);
             a = a.get(sources[0].blocks..).unwrap_or_default();
             b = b.get(sources[1].blocks..).unwrap_or_default();
         }
