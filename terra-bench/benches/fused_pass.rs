@@ -1,5 +1,6 @@
 //! One sample under the fused pass: look-up of N soils' forces, likelihood, evidence, weights.
 //!
+//! For one wheel the same job written by hand runs beside it: ratios belong to one run.
 //! The set of a million lies in memory, not in a cache; its tables take a minute to build.
 #![allow(missing_docs)] // the macros of criterion make items of their own
 #![allow(clippy::unwrap_used)] // a wrong answer ends the bench
@@ -8,6 +9,7 @@ use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use terra_bench::fused::{BLOCK, Fused, Wheels};
+use terra_bench::hand::Hand;
 
 const SIZES: [usize; 4] = [21, 1_000, 10_000, 1_000_000];
 /// Up to here each answer is held against Bayes' rule by one hypothesis after the other.
@@ -25,6 +27,22 @@ fn fused_pass(c: &mut Criterion) {
             group.bench_function(BenchmarkId::new("sample", n), |b| {
                 b.iter(|| black_box(&mut set).step().unwrap());
             });
+            if wheels == Wheels::One {
+                let covariance = set.hold().unwrap();
+                group.bench_function(BenchmarkId::new("held", n), |b| {
+                    b.iter(|| black_box(&mut set).step_held(&covariance).unwrap());
+                });
+                if n <= CHECKED {
+                    Hand::check(n).unwrap();
+                }
+                let mut hand = Hand::new(n).unwrap();
+                group.bench_function(BenchmarkId::new("by_hand", n), |b| {
+                    b.iter(|| black_box(&mut hand).step());
+                });
+                group.bench_function(BenchmarkId::new("by_hand_with_mean", n), |b| {
+                    b.iter(|| black_box(&mut hand).step_with_mean());
+                });
+            }
             group.throughput(Throughput::Elements((n * BLOCK) as u64));
             group.bench_function(BenchmarkId::new("block", n), |b| {
                 b.iter(|| black_box(&mut set).block().unwrap());

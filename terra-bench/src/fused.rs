@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use terra_mme::{
-    ForceObservation, FusedModel, HypothesisSet, MultipleModel, ParameterEstimator, TableBox,
-    Weighed,
+    ForceObservation, FusedModel, HeldCovariance, HypothesisSet, MultipleModel, ParameterEstimator,
+    TableBox, Weighed,
 };
 use terra_model::{Contact, ForceLaw, Registry, catalogue};
 
@@ -109,6 +109,30 @@ impl Fused {
         Ok(self.model.update_block(&self.log[k..=k])?)
     }
 
+    /// The covariance of the log's first sample, for [`step_held`](Self::step_held): it is the same at all.
+    ///
+    /// # Errors
+    /// [`BenchError::Estimator`].
+    pub fn hold(&self) -> Result<HeldCovariance, BenchError> {
+        Ok(self.model.hold(&self.log[0])?)
+    }
+
+    /// One sample with a covariance that was held.
+    ///
+    /// # Errors
+    /// [`BenchError::Estimator`].
+    pub fn step_held(&mut self, held: &HeldCovariance) -> Result<(), BenchError> {
+        let o = &self.log[self.next % self.log.len()];
+        self.next += 1;
+        let at = [0, 1].map(|k| {
+            o.contacts
+                .get(k)
+                .map_or((0.0, 0.0), |c| (c.slip, c.normal_load))
+        });
+        let at = &at[..o.contacts.len()];
+        Ok(self.model.update_held(held, at, o.forces.as_slice())?)
+    }
+
     /// [`BLOCK`] samples in one pass.
     ///
     /// # Errors
@@ -119,7 +143,7 @@ impl Fused {
         Ok(self.model.update_block(&self.log[k..k + BLOCK])?)
     }
 
-    /// A new set of the same kind after the whole log, sample by sample and in blocks, against one hypothesis after the
+    /// A new set of the same kind after the whole log, sample by sample, in blocks and with S held, against one hypothesis after the
     /// other in double precision with the law itself.
     ///
     /// # Errors
@@ -134,9 +158,18 @@ impl Fused {
         for _ in 0..one.log.len() / BLOCK {
             blocks.block()?;
         }
+        let mut held = Fused::new(n, wheels)?;
+        let covariance = held.hold()?;
+        for _ in 0..held.log.len() {
+            held.step_held(&covariance)?;
+        }
         let expected = oracle.probabilities();
         for (j, p) in expected.iter().enumerate() {
-            for (name, found) in [("by sample", &one), ("in blocks", &blocks)] {
+            for (name, found) in [
+                ("by sample", &one),
+                ("in blocks", &blocks),
+                ("with S held", &held),
+            ] {
                 let q = found.model.probabilities();
                 let what = format!("posterior of hypothesis {j} of {n}, {name}");
                 check(&what, q[j], *p, 1.0, 5e-3)?;

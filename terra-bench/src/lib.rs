@@ -12,6 +12,7 @@ pub mod drive;
 mod error;
 pub mod filter;
 pub mod fused;
+pub mod hand;
 pub mod hypotheses;
 pub mod many;
 pub mod wheel;

@@ -78,7 +78,7 @@ pub use estimator::{
 };
 pub use fit_space::FitSpace;
 pub use force_table::{ForceTable, TableBox};
-pub use fused::{FusedModel, GridTable};
+pub use fused::{FusedModel, GridTable, HeldCovariance};
 pub use hypothesis::{Hypothesis, HypothesisSet, NearDuplicate};
 pub use identifiability::{Direction, Identifiability, WEAK, identifiability};
 pub use log_prob::{LogProb, log_sum_exp};

@@ -11,6 +11,7 @@ use std::hint::black_box;
 use terra_bench::drive::Ramp;
 use terra_bench::filter::{Log, SAMPLES, check_belief};
 use terra_bench::fused::{BLOCK, Fused, Wheels};
+use terra_bench::hand::Hand;
 use terra_bench::hypotheses::{Hypotheses, check_one_step};
 use terra_bench::many::{Columns, Lookup};
 use terra_bench::wheel::{BRAKING, DRIVING, Row, cases};
@@ -25,9 +26,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     let operations = match kernel.split_once(':') {
         Some(("hypothesis-update", n)) => hypothesis_update(n.parse()?, repetitions)?,
         Some(("fused-wheel", n)) => fused(n.parse()?, Wheels::One, false, repetitions)?,
+        Some(("fused-held", n)) => held(n.parse()?, repetitions)?,
         Some(("fused-moving", n)) => fused(n.parse()?, Wheels::Moving, false, repetitions)?,
         Some(("fused", n)) => fused(n.parse()?, Wheels::Side, false, repetitions)?,
         Some(("fused-block", n)) => fused(n.parse()?, Wheels::Side, true, repetitions)?,
+        Some(("hand-wheel", n)) => hand(n.parse()?, false, repetitions)?,
+        Some(("hand-wheel-mean", n)) => hand(n.parse()?, true, repetitions)?,
         _ => match kernel.as_str() {
             "forward-solve" => forward_solve(DRIVING, repetitions)?,
             "forward-solve-braking" => forward_solve(BRAKING, repetitions)?,
@@ -189,4 +193,28 @@ fn fused(
         }
     }
     Ok(repetitions * if blocks { BLOCK } else { 1 })
+}
+
+fn hand(n: usize, mean: bool, repetitions: usize) -> Result<usize, Box<dyn Error>> {
+    Hand::check(n.min(1000))?;
+    let mut set = Hand::new(n)?;
+    for _ in 0..repetitions {
+        if mean {
+            black_box(&mut set).step_with_mean();
+        } else {
+            black_box(&mut set).step();
+        }
+    }
+    black_box(set.log_evidence());
+    Ok(repetitions)
+}
+
+fn held(n: usize, repetitions: usize) -> Result<usize, Box<dyn Error>> {
+    Fused::check(n.min(21), Wheels::One)?;
+    let mut set = Fused::new(n, Wheels::One)?;
+    let covariance = set.hold()?;
+    for _ in 0..repetitions {
+        black_box(&mut set).step_held(black_box(&covariance))?;
+    }
+    Ok(repetitions)
 }

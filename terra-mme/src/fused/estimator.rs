@@ -1,14 +1,15 @@
 //! The fused update as an estimator.
 //!
 //! # Equation
-//! ln w_j <- ln w_j - q_j/2 + q_b/2, q = r~ᵀ S~⁻¹ r~, b the winner so far: log-weights stay near 0 where it matters, so that
-//! single precision is enough (a posterior within 1e-4 of double precision). S is shared: its slopes in slip and load are
-//! the winner's. Sums of weights are taken in double precision.
+//! log2 w_j <- log2 w_j - (q_j - m) log2(e)/2 - log2 w_b, q = r~ᵀ S~⁻¹ r~ of m rows, b the winner so far: its q is m on average,
+//! so log-weights stay near 0 where it matters, and single precision is enough (a posterior within 1e-4 of double precision). S is
+//! shared: its slopes in slip and load are the winner's. Sums of weights are taken in double precision. To base 2 because the
+//! power then needs no product.
 //!
 //! Exact for the choice `none`, and with it any number of samples may share a pass ([`FusedModel::update_block`]).
 
 use std::collections::VecDeque;
-use std::f64::consts::FRAC_1_SQRT_2;
+use std::f64::consts::LN_2;
 use std::ops::Range;
 
 use nalgebra::DMatrix;
@@ -16,9 +17,11 @@ use terra_model::Contact;
 use wide::f32x8;
 
 use super::grid::{GridTable, LANES, OUTPUTS, Stencil};
+use super::held::{HeldCovariance, Whiten};
 use super::kernel::{
-    FORCES, ROWS, SOURCES, Sample, Source, TILE, Tiles, WHEELS, lift, weigh_tiles,
+    FORCES, Group, ROWS, SOURCES, Sample, Source, TILE, Tiles, WHEELS, lift, weigh_tiles,
 };
+use super::pair::Pair;
 use super::shared::{Columns, Shared, factor};
 use super::slice::Slices;
 use crate::choice::Choice;
@@ -31,8 +34,8 @@ use crate::multiple_model::MultipleModel;
 use crate::observation::ForceObservation;
 use crate::whiten::{Clock, Prewhitening};
 
-/// Log-weight above which all are shifted back.
-const HIGH: f32 = 20.0;
+/// Log-weight (to base 2) of the winner beyond which all are shifted back.
+const HIGH: f32 = 29.0;
 /// Samples of a pass at most: before they are lifted again, log-weights fall by some nats a sample and lose digits.
 const PASS: usize = 64;
 /// Tiles whose log-weights stay at hand between falling and being lifted.
@@ -47,7 +50,7 @@ pub struct FusedModel {
     table: GridTable,
     whitening: Option<Prewhitening>,
     rule: AlarmRule,
-    /// ln w (padded), the winner's near 0.
+    /// log2 w (padded), the winner's near 0.
     log_weights: Vec<[f32; LANES]>,
     /// Residuals of the last sample, tile by tile, in a tile row by row; empty where nothing is whitened in time.
     previous: Vec<[f32; LANES]>,
@@ -62,6 +65,8 @@ pub struct FusedModel {
     /// Σ w.
     total: f64,
     best: usize,
+    /// log2 w of the winner: taken out of all with the next pass.
+    top: f32,
     samples: usize,
     clock: Clock,
     recent: VecDeque<ForceObservation>,
@@ -103,6 +108,7 @@ impl FusedModel {
             whitening: None,
             rule: AlarmRule::default(),
             base: 0.0,
+            top: 0.0,
             samples: 0,
             clock: Clock::default(),
             recent: VecDeque::new(),
@@ -202,6 +208,24 @@ impl FusedModel {
         Ok(shared.covariance())
     }
 
+    /// L⁻¹, S (1 - ρ²) = L Lᵀ, and the constant of its density.
+    #[inline]
+    fn factored(
+        &self,
+        obs: &ForceObservation,
+        stencils: &[Stencil; WHEELS],
+        rho: f64,
+    ) -> Result<(Columns, f64), EstimatorError> {
+        let s = self.shared(obs, stencils)?;
+        let factored = factor(s, obs.forces.len(), 1.0 - rho * rho);
+        factored
+            .filter(|(_, c)| c.is_finite())
+            .ok_or_else(|| EstimatorError::NotPositiveDefinite {
+                hypothesis: "all".to_owned(),
+                time: obs.time,
+            })
+    }
+
     /// What all hypotheses share at an observation; returns the constant of its density.
     fn sample(
         &self,
@@ -212,18 +236,18 @@ impl FusedModel {
     ) -> Result<f64, EstimatorError> {
         let stencils = self.stencils(obs)?;
         let m = obs.forces.len();
-        let s = self.shared(obs, &stencils)?;
-        let factored = factor(s, m, 1.0 - rho * rho).filter(|(_, c)| c.is_finite());
-        let (inverse, constant) = factored.ok_or_else(|| EstimatorError::NotPositiveDefinite {
-            hypothesis: "all".to_owned(),
-            time: obs.time,
-        })?;
+        let (inverse, constant) = self.factored(obs, &stencils, rho)?;
         (out.rows, out.rho) = (m, rho as f32);
-        let rows = out.row.iter_mut().zip(&inverse).zip(obs.forces.iter());
-        for (k, ((row, inverse), observed)) in rows.enumerate() {
+        let whiten = Whiten::new(&inverse, m);
+        let rows = out.row.iter_mut().zip(obs.forces.iter());
+        for (k, (row, observed)) in rows.enumerate() {
             row.groups.clear();
-            row.observed = *observed as f32;
-            row.whiten = inverse.map(|l| (l * FRAC_1_SQRT_2) as f32);
+            let own = whiten.own[k];
+            // Whitened in time, residuals are wanted as they are.
+            let own_now = if self.whitening.is_some() { 1.0 } else { own };
+            row.observed = (observed * own_now) as f32;
+            row.scale = own as f32;
+            row.whiten = whiten.above[k];
             let wheels = obs.contacts.iter().zip(&stencils).zip(columns(obs));
             for ((at, stencil), columns) in wheels {
                 let slice = slices.find(at.normal_load);
@@ -231,13 +255,15 @@ impl FusedModel {
                 let scales = [load, r * load, r];
                 for (output, (column, scale)) in columns.zip(scales).enumerate() {
                     // A force that the row does not look at is not looked up.
-                    let share = column.get(k).map_or(0.0, |a| a * scale);
+                    let share = column.get(k).map_or(0.0, |a| a * scale * own_now);
                     if share == 0.0 {
                         continue;
                     }
                     if let Some(k) = slice {
-                        let block = slices.ready(k, &self.table, stencil, output);
-                        row.groups.push(stencil.sliced(k, block, share));
+                        let first = stencil.first_slip();
+                        let block = slices.ready(k, &self.table, first, output);
+                        let along = stencil.slip_weights();
+                        row.groups.push(Group::sliced(k, block, along, share));
                     } else {
                         stencil.groups(output, share, &mut row.groups);
                     }
@@ -284,6 +310,75 @@ impl FusedModel {
         Ok(())
     }
 
+    /// S of an observation, as the winner now makes it, and its map, for [`update_held`](Self::update_held).
+    ///
+    /// # Errors
+    /// As [`update`](ParameterEstimator::update); [`EstimatorError::NotSupported`] with prewhitening or a history, which want a
+    /// time with every sample.
+    pub fn hold(&self, obs: &ForceObservation) -> Result<HeldCovariance, EstimatorError> {
+        self.holds()?;
+        let stencils = self.stencils(obs)?;
+        let (m, w) = (obs.forces.len(), obs.contacts.len());
+        let (inverse, constant) = self.factored(obs, &stencils, 0.0)?;
+        Ok(HeldCovariance::new(
+            &inverse,
+            (m, w),
+            constant,
+            self.table.radius,
+            obs.map.as_slice().chunks_exact(m),
+        ))
+    }
+
+    fn holds(&self) -> Result<(), EstimatorError> {
+        let (with, reason) = match (&self.whitening, &self.history) {
+            (Some(_), _) => ("prewhitening", "a held sample has no time"),
+            (_, Some(_)) => ("history", "a held sample has no time"),
+            _ => return Ok(()),
+        };
+        Err(EstimatorError::NotSupported {
+            estimator: "fused",
+            choice: with.to_owned(),
+            reason,
+        })
+    }
+
+    /// Weighs one sample with a covariance and a map that were [held](Self::hold): slip and normal load \[N\] of each wheel,
+    /// and the forces \[N, N m, m\] in the order of the map's rows. The posterior is that of
+    /// [`update`](ParameterEstimator::update) with the same S; a small set costs a tenth.
+    ///
+    /// S is not renewed as slip, load or the winner change, the alarm is not fed ([`consistency`](Weighed::consistency) knows
+    /// nothing of these samples), and as no time is given none is checked. Nothing is changed when it fails.
+    ///
+    /// # Errors
+    /// [`EstimatorError::Size`] for other numbers of wheels or forces than were held, [`EstimatorError::Value`] for a force that
+    /// is not finite, [`EstimatorError::OutsideTable`], [`EstimatorError::NotSupported`] as [`hold`](Self::hold).
+    pub fn update_held(
+        &mut self,
+        held: &HeldCovariance,
+        slips_and_loads: &[(f64, f64)],
+        forces: &[f64],
+    ) -> Result<(), EstimatorError> {
+        self.holds()?;
+        held.check(slips_and_loads, forces)?;
+        let loads = || slips_and_loads.iter().map(|(_, load)| *load);
+        let mut samples = std::mem::take(&mut self.block);
+        if samples.is_empty() {
+            samples.push(Sample::default());
+        }
+        self.slices.keep(&self.table, loads(), |_| false);
+        let filled = samples.first_mut().map_or(Ok(()), |sample| {
+            let (table, slices) = (&self.table, &mut self.slices);
+            held.fill(slips_and_loads, forces, table, slices, sample)
+        });
+        if filled.is_ok() {
+            self.slices.end(loads());
+            self.base += held.constant + self.pass(samples.get(..1).unwrap_or_default());
+            self.samples += 1;
+        }
+        self.block = samples;
+        filled
+    }
+
     /// What the samples of a block share; returns the constants of their densities.
     fn fill(
         &self,
@@ -327,31 +422,21 @@ impl FusedModel {
         }
     }
 
-    /// The pass itself. Returns what was taken out of every log-weight.
-    ///
-    /// The winner's tile goes first: all log-weights are lifted by what it fell.
+    /// The pass itself. Returns what was taken out of every log-weight, to base e.
     fn pass(&mut self, samples: &[Sample]) -> f64 {
-        let own = self.best / (TILE * LANES);
-        let before = self.log_weight(self.best);
-        self.weigh(own..own + 1, samples);
-        let lift = before - self.log_weight(self.best);
-        let (mut where_highest, mut highest) = (0, f32::MIN);
-        self.total = 0.0;
-        for run in self.runs() {
-            if run.contains(&own) {
-                self.weigh(run.start..own, samples);
-                self.weigh(own + 1..run.end, samples);
-            } else {
-                self.weigh(run.clone(), samples);
+        let rows = match samples {
+            [one] => one.rows,
+            _ => samples.iter().map(|s| s.rows).sum(),
+        };
+        // As much as a right hypothesis falls on average, so that a long block ends near 0.
+        let lift = rows as u32 as f32 * (0.5 * std::f32::consts::LOG2_E) - self.top;
+        let (where_highest, highest) = match self.one_tile(samples, lift) {
+            Some((sum, highest)) => {
+                self.total = f64::from(sum);
+                (0, highest)
             }
-            let (sum, top) = self.lift(&run, lift);
-            self.total += f64::from(sum);
-            let top = top.to_array().into_iter().fold(f32::MIN, f32::max);
-            // The first of equals wins.
-            if top > highest {
-                (highest, where_highest) = (top, run.start * TILE);
-            }
-        }
+            None => self.all_tiles(samples, lift),
+        };
         let vectors = self.log_weights.get(where_highest..).unwrap_or_default();
         for (k, lw) in vectors.iter().enumerate() {
             let same = f32x8::from(*lw).simd_eq(f32x8::splat(highest));
@@ -361,46 +446,89 @@ impl FusedModel {
                 break;
             }
         }
+        self.top = highest;
         let mut taken_out = -f64::from(lift);
         // A new winner far above the old one, or an old one that fell far: all are shifted.
         if highest.abs() > HIGH {
             taken_out += f64::from(highest);
+            self.top = 0.0;
             self.total = self
                 .runs()
-                .map(|run| f64::from(self.lift(&run, -highest).0))
+                .map(|(vectors, _)| f64::from(self.lift(&vectors, -highest).0))
                 .sum();
         }
-        taken_out
+        taken_out * LN_2
     }
 
-    fn log_weight(&self, j: usize) -> f32 {
-        let weights = self.log_weights.as_flattened();
-        weights.get(j).copied().unwrap_or(NEVER)
+    /// A set that is one tile, under a sample of two short rows: the sum of its weights and the largest log-weight. `None` for
+    /// others.
+    #[inline]
+    fn one_tile(&mut self, samples: &[Sample], lift: f32) -> Option<(f32, f32)> {
+        let ([sample], true, true) = (
+            samples,
+            self.previous.is_empty(),
+            self.table.vectors <= TILE,
+        ) else {
+            return None;
+        };
+        let pair = Pair::of(sample)?;
+        let sources = pair.sources();
+        let sources = sources.map(|k| self.slices.source(&self.table, k).values);
+        let length = self.table.vectors;
+        Some(pair.one_tile(length, sources, &mut self.log_weights, lift))
     }
 
-    /// Tiles that are weighed and then lifted while they are at hand.
-    fn runs(&self) -> impl Iterator<Item = Range<usize>> + use<> {
-        let tiles = self.table.vectors.div_ceil(TILE);
-        (0..tiles)
-            .step_by(RUN)
-            .map(move |from| from..(from + RUN).min(tiles))
-    }
-
-    /// Tiles under all samples.
-    fn weigh(&mut self, tiles: Range<usize>, samples: &[Sample]) {
-        let whole = self.table.vectors / TILE;
-        let middle = tiles.end.min(whole);
-        if tiles.start < middle {
-            self.weigh_alike(tiles.start * TILE..middle * TILE, TILE, samples);
+    /// Run by run: where the largest log-weight is, or some vectors before, and the largest.
+    #[inline(never)]
+    fn all_tiles(&mut self, samples: &[Sample], lift: f32) -> (usize, f32) {
+        let pair = match samples {
+            [sample] if self.previous.is_empty() => Pair::of(sample),
+            _ => None,
+        };
+        let (mut where_highest, mut highest) = (0, f32::MIN);
+        self.total = 0.0;
+        for (vectors, length) in self.runs() {
+            match &pair {
+                Some(pair) => self.weigh_pair(&vectors, length, pair),
+                None => self.weigh_alike(&vectors, length, samples),
+            }
+            let (sum, top) = self.lift(&vectors, lift);
+            self.total += f64::from(sum);
+            // The first of equals wins.
+            if top > highest {
+                (highest, where_highest) = (top, vectors.start);
+            }
         }
-        if tiles.start < tiles.end && tiles.end > whole {
-            let rest = whole * TILE..self.table.vectors;
-            self.weigh_alike(rest.clone(), rest.len(), samples);
-        }
+        (where_highest, highest)
+    }
+
+    /// Vectors that are weighed and then lifted while they are at hand, and the length of their tiles: whole ones, then what is
+    /// left of one.
+    fn runs(&self) -> impl Iterator<Item = (Range<usize>, usize)> + use<> {
+        let all = self.table.vectors;
+        let whole = all / TILE * TILE;
+        let runs = (0..whole)
+            .step_by(RUN * TILE)
+            .map(move |from| (from..(from + RUN * TILE).min(whole), TILE));
+        runs.chain((whole < all).then(|| (whole..all, all - whole)))
+    }
+
+    /// Vectors of tiles of equal length under a sample of two short rows.
+    fn weigh_pair(&mut self, vectors: &Range<usize>, length: usize, pair: &Pair) {
+        let sources = pair.sources().map(|k| {
+            let Source { values, blocks } = self.slices.source(&self.table, k);
+            let values = values.get(vectors.start * blocks..vectors.end * blocks);
+            Source {
+                values: values.unwrap_or_default(),
+                blocks,
+            }
+        });
+        let weights = self.log_weights.get_mut(vectors.clone());
+        pair.weigh(length, sources, weights.unwrap_or_default());
     }
 
     /// Vectors of tiles of equal length under all samples.
-    fn weigh_alike(&mut self, vectors: Range<usize>, length: usize, samples: &[Sample]) {
+    fn weigh_alike(&mut self, vectors: &Range<usize>, length: usize, samples: &[Sample]) {
         let part = |each: usize| vectors.start * each..vectors.end * each;
         let mut sources = [Source::default(); SOURCES];
         let slices = self.slices.slices.iter().map(|s| (&s.values, s.blocks()));
@@ -418,10 +546,9 @@ impl FusedModel {
         weigh_tiles(samples, length, tiles);
     }
 
-    /// Adds the same to the log-weights of tiles: the sum of their weights and their largest log-weights, lane by lane.
-    fn lift(&mut self, tiles: &Range<usize>, by: f32) -> (f32, f32x8) {
-        let end = (tiles.end * TILE).min(self.table.vectors);
-        let weights = self.log_weights.get_mut(tiles.start * TILE..end);
+    /// Adds the same to some log-weights: the sum of their weights and the largest of them.
+    fn lift(&mut self, vectors: &Range<usize>, by: f32) -> (f32, f32) {
+        let weights = self.log_weights.get_mut(vectors.clone());
         lift(weights.unwrap_or_default(), by)
     }
 }
@@ -458,7 +585,7 @@ impl Weighed for FusedModel {
 
     fn probabilities(&self) -> Vec<f64> {
         let weights = self.log_weights.as_flattened().iter().take(self.set.len());
-        let weights: Vec<f64> = weights.map(|lw| f64::from(*lw).exp()).collect();
+        let weights: Vec<f64> = weights.map(|lw| f64::from(*lw).exp2()).collect();
         let sum: f64 = weights.iter().sum();
         weights.into_iter().map(|w| w / sum).collect()
     }
@@ -471,7 +598,7 @@ impl Weighed for FusedModel {
             .zip(&self.table.feasible)
             .map(|(lw, feasible)| {
                 if *feasible {
-                    self.base + f64::from(*lw)
+                    self.base + f64::from(*lw) * LN_2
                 } else {
                     penalty
                 }

@@ -38,6 +38,9 @@ pub struct GridTable {
     pub(super) feasible: Vec<bool>,
 }
 
+/// First node, weights of the four from there, and their slopes.
+pub(super) type Along = (usize, [f64; ALONG], [f64; ALONG]);
+
 /// An interpolation at one contact: its first block, blocks from node to node along slip and from output to output, and along
 /// slip and load the four weights and their slopes.
 #[derive(Clone, Copy, Debug, Default)]
@@ -55,30 +58,20 @@ impl Stencil {
         let [slip, load] = self.weight;
         let group = |(a, slip): (usize, f64)| Group {
             source: 0,
-            block: self.along_load(output, a).0,
+            block: self.first + output * self.across + a * self.step,
             weight: load.map(|load| (slip * share * load) as f32),
         };
         out.extend(slip.into_iter().enumerate().map(group));
     }
 
-    /// The group of one output, taken `share` times, in a slice at this load whose nodes begin at `block`.
-    pub(super) fn sliced(&self, slice: usize, block: usize, share: f64) -> Group {
-        Group {
-            source: 1 + slice,
-            block,
-            weight: self.weight[0].map(|slip| (slip * share) as f32),
-        }
-    }
-
-    /// First block and weights of the four nodes along the load, of an output at the a-th node along slip.
-    pub(super) fn along_load(&self, output: usize, a: usize) -> (usize, [f32; ALONG]) {
-        let block = self.first + output * self.across + a * self.step;
-        (block, self.weight[1].map(|w| w as f32))
-    }
-
     /// Number of the first node along slip.
     pub(super) fn first_slip(&self) -> usize {
         self.first / self.step
+    }
+
+    /// The weights along slip.
+    pub(super) fn slip_weights(&self) -> &[f64; ALONG] {
+        &self.weight[0]
     }
 
     /// Value and slopes in slip and ln(load) of an output of the hypothesis at `place`.
@@ -198,34 +191,79 @@ impl GridTable {
         let same = |quantity, value: f64, own: f64| {
             (quantity, value, own * (1.0 - 1e-9), own * (1.0 + 1e-9))
         };
-        let ((s0, s1), (w0, w1)) = (self.range.slip, self.range.load);
         for (quantity, value, min, max) in [
-            ("slip", at.slip, s0, s1),
-            ("normal_load", at.normal_load, w0, w1),
             same("radius", at.radius, self.radius),
             same("width", at.width, self.width),
         ] {
-            if !(min..=max).contains(&value) {
-                return Err(EstimatorError::OutsideTable {
-                    quantity,
-                    value,
-                    min,
-                    max,
-                });
-            }
+            inside(quantity, value, (min, max))?;
         }
-        let (nx, ny) = self.range.nodes;
-        let [low, per_slip, per_log] = self.scale;
-        let (i, slip, in_slip) = cubic((at.slip - s0) * per_slip, nx);
-        let (k, load, in_load) = cubic((at.normal_load.ln() - low) * per_log, ny);
+        self.at(at.slip, at.normal_load)
+    }
+
+    /// The interpolation at a slip and a load \[N\] of a wheel of the template's size.
+    pub(super) fn at(&self, slip: f64, load: f64) -> Result<Stencil, EstimatorError> {
+        let ny = self.range.nodes.1;
+        let (i, slip, in_slip) = self.along_slip(slip)?;
+        let (k, load, in_load) = self.along_load(load)?;
         Ok(Stencil {
             first: i * OUTPUTS * ny + k,
             step: OUTPUTS * ny,
             across: ny,
             weight: [slip, load],
-            slope: [in_slip.map(|d| d * per_slip), in_load.map(|d| d * per_log)],
+            slope: [in_slip, in_load],
         })
     }
+
+    /// First node along slip, and weights.
+    #[inline]
+    pub(super) fn slip_weights(&self, slip: f64) -> Result<(usize, [f64; ALONG]), EstimatorError> {
+        inside("slip", slip, self.range.slip)?;
+        let (first, weight, _) = cubic(
+            (slip - self.range.slip.0) * self.scale[1],
+            self.range.nodes.0,
+        );
+        Ok((first, weight))
+    }
+
+    /// First node along slip, weights, and their slopes.
+    #[inline]
+    pub(super) fn along_slip(&self, slip: f64) -> Result<Along, EstimatorError> {
+        inside("slip", slip, self.range.slip)?;
+        let per_slip = self.scale[1];
+        let (i, weight, slope) = cubic((slip - self.range.slip.0) * per_slip, self.range.nodes.0);
+        Ok((i, weight, slope.map(|d| d * per_slip)))
+    }
+
+    /// The same along ln(load).
+    #[inline]
+    pub(super) fn along_load(&self, load: f64) -> Result<Along, EstimatorError> {
+        inside("normal_load", load, self.range.load)?;
+        let [low, _, per_log] = self.scale;
+        let (k, weight, slope) = cubic((load.ln() - low) * per_log, self.range.nodes.1);
+        Ok((k, weight, slope.map(|d| d * per_log)))
+    }
+
+    /// Block of an output at a node along slip and one along the load.
+    pub(super) fn block(&self, slip: usize, output: usize, load: usize) -> usize {
+        (slip * OUTPUTS + output) * self.range.nodes.1 + load
+    }
+}
+
+#[inline]
+fn inside(
+    quantity: &'static str,
+    value: f64,
+    (min, max): (f64, f64),
+) -> Result<(), EstimatorError> {
+    if (min..=max).contains(&value) {
+        return Ok(());
+    }
+    Err(EstimatorError::OutsideTable {
+        quantity,
+        value,
+        min,
+        max,
+    })
 }
 
 /// Tiles are whole but for the last.
@@ -240,8 +278,10 @@ fn place(j: usize, vectors: usize, blocks: usize) -> Place {
 }
 
 /// First node, weights and slopes of the cubic through four of n nodes at 0, 1, .. n-1.
+#[inline(always)]
 fn cubic(x: f64, n: usize) -> (usize, [f64; 4], [f64; 4]) {
-    let first = (x.floor() as usize).saturating_sub(1).min(n - 4);
+    // Through 32 bits, which the processor converts by itself.
+    let first = (x as u32 as usize).saturating_sub(1).min(n - 4);
     let t = x - first as f64;
     let (a, b, c, d) = (t, t - 1.0, t - 2.0, t - 3.0);
     let weight = [

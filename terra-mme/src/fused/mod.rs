@@ -6,9 +6,12 @@
 
 mod estimator;
 mod grid;
+mod held;
 mod kernel;
+mod pair;
 mod shared;
 mod slice;
 
 pub use estimator::FusedModel;
 pub use grid::GridTable;
+pub use held::HeldCovariance;

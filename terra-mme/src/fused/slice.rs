@@ -3,18 +3,26 @@
 
 use wide::f32x8;
 
-use super::grid::{ALONG, GridTable, LANES, OUTPUTS, Stencil};
-use super::kernel::{TILE, WHEELS};
+use super::grid::{ALONG, GridTable, LANES, OUTPUTS};
+use super::kernel::{Source, TILE, WHEELS};
 use crate::observation::ForceObservation;
 
 /// One load, `values[tile][output][slip][vector]`, a node filled when it is first asked for.
 #[derive(Clone, Debug)]
 pub(super) struct Slice {
     load: f64,
+    /// First node along the load, and weights.
+    node: usize,
+    weight: [f32; ALONG],
     /// Samples after which it was last asked for.
     used: usize,
     filled: Vec<bool>,
     pub(super) values: Vec<[f32; LANES]>,
+}
+
+/// Normal loads of an observation.
+fn loads(obs: &ForceObservation) -> impl Iterator<Item = f64> {
+    obs.contacts.iter().map(|c| c.normal_load)
 }
 
 /// The loads that stay, at most as many as a vehicle has wheels.
@@ -30,36 +38,57 @@ impl Slices {
     /// Finds or makes the slices of a block's first sample: of loads that were in the sample before or are in the next. They
     /// stay the same through the block.
     pub(super) fn begin(&mut self, table: &GridTable, block: &[ForceObservation]) {
-        self.blocks += 1;
         let Some(first) = block.first() else { return };
-        for at in first.contacts.iter().take(WHEELS) {
-            let load = at.normal_load;
+        self.keep(table, loads(first), |load| {
+            let next = block.get(1);
+            next.is_some_and(|obs| obs.contacts.iter().any(|c| c.normal_load == load))
+        });
+        if let Some(last) = block.last() {
+            self.end(loads(last));
+        }
+    }
+
+    /// Finds or makes the slices of loads that were in the sample before or are `next`.
+    pub(super) fn keep(
+        &mut self,
+        table: &GridTable,
+        loads: impl Iterator<Item = f64>,
+        next: impl Fn(f64) -> bool,
+    ) {
+        self.blocks += 1;
+        for load in loads.take(WHEELS) {
             if let Some(k) = self.find(load) {
                 self.slices[k].used = self.blocks;
-                continue;
-            }
-            let next = block.get(1).map(|next| &next.contacts);
-            let next = next.is_some_and(|c| c.iter().any(|c| c.normal_load == load));
-            if !next && !self.last.contains(&load) {
-                continue;
-            }
-            let nodes = table.range.nodes.0 * OUTPUTS;
-            let new = Slice {
-                load,
-                used: self.blocks,
-                filled: vec![false; nodes],
-                values: vec![[0.0; LANES]; nodes * table.vectors],
-            };
-            if self.slices.len() < WHEELS {
-                self.slices.push(new);
-            } else if let Some(oldest) = self.slices.iter_mut().min_by_key(|s| s.used) {
-                *oldest = new;
+            } else if self.last.contains(&load) || next(load) {
+                self.make(table, load);
             }
         }
-        if let Some(last) = block.last() {
-            self.last.clear();
-            self.last
-                .extend(last.contacts.iter().map(|c| c.normal_load));
+    }
+
+    /// Loads of the last sample.
+    pub(super) fn end(&mut self, loads: impl Iterator<Item = f64>) {
+        self.last.clear();
+        self.last.extend(loads);
+    }
+
+    /// In the place of the one not asked for longest; none of a load outside the table, which the look-up refuses.
+    fn make(&mut self, table: &GridTable, load: f64) {
+        let Ok((node, weight, _)) = table.along_load(load) else {
+            return;
+        };
+        let nodes = table.range.nodes.0 * OUTPUTS;
+        let new = Slice {
+            load,
+            node,
+            weight: weight.map(|w| w as f32),
+            used: self.blocks,
+            filled: vec![false; nodes],
+            values: vec![[0.0; LANES]; nodes * table.vectors],
+        };
+        if self.slices.len() < WHEELS {
+            self.slices.push(new);
+        } else if let Some(oldest) = self.slices.iter_mut().min_by_key(|s| s.used) {
+            *oldest = new;
         }
     }
 
@@ -68,22 +97,34 @@ impl Slices {
         self.slices.iter().position(|s| s.load == load)
     }
 
-    /// Fills what a look-up of an output takes of slice k, and returns its first block.
+    /// Forces of all vectors: source 0 is the table, the others are slices.
+    #[inline]
+    pub(super) fn source<'a>(&'a self, table: &'a GridTable, source: usize) -> Source<'a> {
+        match source.checked_sub(1).and_then(|k| self.slices.get(k)) {
+            Some(slice) => Source {
+                values: &slice.values,
+                blocks: slice.blocks(),
+            },
+            None => Source {
+                values: &table.values,
+                blocks: table.blocks,
+            },
+        }
+    }
+
+    /// Fills what a look-up of an output takes of slice k, from a node along slip on, and returns its first block.
+    #[inline]
     pub(super) fn ready(
         &mut self,
         k: usize,
         table: &GridTable,
-        stencil: &Stencil,
+        slip: usize,
         output: usize,
     ) -> usize {
-        let nodes = table.range.nodes.0;
-        let first = output * nodes + stencil.first_slip();
+        let first = output * table.range.nodes.0 + slip;
         let slice = &mut self.slices[k];
-        for a in 0..ALONG {
-            if !slice.filled[first + a] {
-                slice.filled[first + a] = true;
-                slice.fill(table, stencil, output, a);
-            }
+        if slice.filled[first..first + ALONG] != [true; ALONG] {
+            slice.make_ready(table, slip, output);
         }
         first
     }
@@ -95,19 +136,30 @@ impl Slice {
         self.filled.len()
     }
 
+    #[cold]
+    fn make_ready(&mut self, table: &GridTable, slip: usize, output: usize) {
+        let first = output * table.range.nodes.0;
+        for node in slip..slip + ALONG {
+            if !self.filled[first + node] {
+                self.filled[first + node] = true;
+                self.fill(table, output, node);
+            }
+        }
+    }
+
     /// One node of all hypotheses.
-    fn fill(&mut self, table: &GridTable, stencil: &Stencil, output: usize, a: usize) {
-        let (nodes, node) = (table.range.nodes.0, stencil.first_slip() + a);
-        let (from, weight) = stencil.along_load(output, a);
+    fn fill(&mut self, table: &GridTable, output: usize, node: usize) {
+        let nodes = table.range.nodes.0;
+        let from = table.block(node, output, self.node);
         for tile in 0..table.vectors.div_ceil(TILE) {
             let start = tile * TILE;
             let size = TILE.min(table.vectors - start);
             let to = start * nodes * OUTPUTS + (output * nodes + node) * size;
-            let from = start * table.blocks + from * size;
+            let first = start * table.blocks + from * size;
             for v in 0..size {
                 let mut sum = f32x8::ZERO;
-                for (b, weight) in weight.iter().enumerate() {
-                    let values = f32x8::from(table.values[from + b * size + v]);
+                for (b, weight) in self.weight.iter().enumerate() {
+                    let values = f32x8::from(table.values[first + b * size + v]);
                     sum = values.mul_add(f32x8::splat(*weight), sum);
                 }
                 self.values[to + v] = sum.to_array();

@@ -245,3 +245,94 @@ fn limits_are_typed() {
     ));
     assert_eq!((fused.probabilities(), fused.samples()), (before, 1));
 }
+
+/// With slips and loads known S is the same at every sample, so holding it changes nothing: posterior and evidence of `update`,
+/// whether the load stays (a short look-up) or not, on one wheel and on a side, whatever the size of the set.
+#[test]
+fn a_held_covariance_is_the_same_update() {
+    for (n, moving, wheels) in [
+        (1, 0.0, 1),
+        (21, 0.0, 1),
+        (21, 0.3, 1),
+        (150, 0.0, 1),
+        (1100, 0.0, 1),
+        (21, 0.0, 2),
+        (150, 0.3, 2),
+    ] {
+        let mut rows = exact_inputs(&soil("lean_clay_22"), 40, 3);
+        for (k, o) in rows.iter_mut().enumerate() {
+            if wheels == 1 {
+                let sd = [20.0, 8.0, 0.0, 0.0];
+                let forces = [Some(o.forces[0] / 2.0), Some(o.forces[1]), None];
+                *o = ForceObservation::wheel(o.time, o.group, forces, o.contacts[0], &sd).unwrap();
+                // Errors of pull and torque that go together.
+                (o.covariance[(0, 1)], o.covariance[(1, 0)]) = (60.0, 60.0);
+            }
+            for c in &mut o.contacts {
+                c.normal_load += moving * k as f64;
+            }
+        }
+        let new = || FusedModel::new(many(n, 4), fine(), &contact(0.2, LOAD)).unwrap();
+        let (mut whole, mut held) = (new(), new());
+        let covariance = held.hold(&rows[0]).unwrap();
+        for o in &rows {
+            whole.update(o).unwrap();
+            let at: Vec<_> = o.contacts.iter().map(|c| (c.slip, c.normal_load)).collect();
+            held.update_held(&covariance, &at, o.forces.as_slice())
+                .unwrap();
+        }
+        assert_eq!(held.samples(), 40);
+        for (a, b) in whole.probabilities().iter().zip(held.probabilities()) {
+            assert!((a - b).abs() < 1e-5, "{n} {moving} {wheels}: {a} {b}");
+        }
+        let (a, b) = (whole.log_evidence(), held.log_evidence());
+        assert!(
+            (a - b).abs() < 1e-4 * a.abs().max(1.0),
+            "{n} {moving} {wheels}: {a} {b}"
+        );
+        assert_eq!(whole.map_index(), held.map_index());
+    }
+}
+
+/// What a held sample cannot be is said, and changes nothing.
+#[test]
+fn limits_of_a_held_covariance_are_typed() {
+    let rows = exact_inputs(&soil("lean_clay_22"), 3, 1);
+    let mut fused = FusedModel::new(many(5, 1), fine(), &contact(0.2, LOAD)).unwrap();
+    let held = fused.hold(&rows[0]).unwrap();
+    let (at, y) = ([(0.3, 200.0), (0.3, 290.0)], rows[0].forces.as_slice());
+    fused.update_held(&held, &at, y).unwrap();
+    let before = (fused.probabilities(), fused.log_evidence(), fused.samples());
+    let size = |e| matches!(e, Err(EstimatorError::Size { .. }));
+    assert!(size(fused.update_held(&held, &at[..1], y)));
+    assert!(size(fused.update_held(&held, &at, &y[..2])));
+    for bad in [f64::NAN, f64::INFINITY] {
+        let forces = [y[0], bad, y[2]];
+        let found = fused.update_held(&held, &at, &forces);
+        assert!(matches!(found, Err(EstimatorError::Value { .. })));
+    }
+    for outside in [
+        (0.99, 290.0),
+        (f64::NAN, 290.0),
+        (0.3, 400.0),
+        (0.3, f64::NAN),
+    ] {
+        // Twice: a load that stays is looked up by another way.
+        for _ in 0..2 {
+            let found = fused.update_held(&held, &[at[0], outside], y);
+            assert!(matches!(found, Err(EstimatorError::OutsideTable { .. })));
+        }
+    }
+    assert_eq!(
+        (fused.probabilities(), fused.log_evidence(), fused.samples()),
+        before
+    );
+    let whitening = Some(Prewhitening::new(0.5, 0.01).unwrap());
+    let mut other = fused.clone().with_prewhitening(whitening);
+    assert!(matches!(
+        other.hold(&rows[0]),
+        Err(EstimatorError::NotSupported { .. })
+    ));
+    assert!(other.update_held(&held, &at, y).is_err());
+    assert!(fused.with_history().hold(&rows[0]).is_err());
+}
