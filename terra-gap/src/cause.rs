@@ -320,8 +320,22 @@ impl Ranking {
     }
 
     /// Puts `unknown` beside what the set holds.
-    pub(crate) fn doubt(&mut self) {
+    fn doubt(&mut self) {
         self.add(Some("unknown".to_owned()));
+    }
+
+    /// Two causes that lead may stand for one that is in no library: `unknown` has a share of their probability, by which they
+    /// still lead, and is in the set.
+    pub(crate) fn doubt_both(&mut self, share: f64) {
+        if let [top, others @ ..] = &mut self.causes[..]
+            && top.kind == CauseKind::Combination
+        {
+            let next = others.first().map_or(0.0, |c| c.probability);
+            let moved = (share * top.probability).min(top.probability - next);
+            top.probability -= moved;
+            self.probability_unknown += moved;
+        }
+        self.doubt();
     }
 
     fn add(&mut self, answer: Option<String>) {
