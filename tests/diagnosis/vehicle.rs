@@ -281,3 +281,33 @@ fn two_causes_must_close_nearly_all_where_they_were_not_fitted() {
     assert!(closed > 0.95, "{closed}");
     assert_eq!(two.verdict, "named");
 }
+
+/// Ground of which the rover file says nothing is as rough as the log shows: 3 N and .3 N m an instant leave half of that in the
+/// mean of a window, and where nothing is missing nothing is named. The wheels' motors hold their torque, so that their sensors
+/// show none of it.
+#[test]
+fn rough_ground_that_is_not_stated_raises_no_alarm() {
+    let (mut rough, registry, mut scenario) = example();
+    scenario.effects.clear();
+    rough.noise.0.insert("roughness_N".to_owned(), 3.0);
+    rough.noise.0.insert("roughness_N_m".to_owned(), 0.3);
+    let mut unstated = rough.clone();
+    unstated
+        .noise
+        .0
+        .retain(|name, _| !name.starts_with("roughness"));
+    for seed in 1..5 {
+        scenario.seed = seed;
+        let log = simulate_drive(&scenario, &rough, &registry).unwrap().log;
+        let d = diagnose_drive(&log, &unstated, &registry, &Settings::of(&unstated)).unwrap();
+        let torque = d.data.notes.iter().find(|n| n.contains("wheel_torque_fl"));
+        let found = torque.unwrap().split_whitespace().nth(3).unwrap();
+        let found: f64 = found.parse().unwrap();
+        // Of a band of 10 Hz a quarter of the variance is left in the mean of .2 s.
+        assert!((0.1..0.22).contains(&found), "{seed}: {torque:?}");
+        let misfit = d.waterfall.refitted.unwrap();
+        assert!((0.8..1.3).contains(&misfit), "{seed}: {misfit}");
+        let alarm = matches!(d.verdict, "named" | "unknown");
+        assert!(!alarm && d.set[0] == "none", "{seed}: {:?}", d.set);
+    }
+}

@@ -195,7 +195,7 @@ fn joined(
     let data = DataSet {
         channels: if useful { channels(&vehicle) } else { vec![] },
         short_scatter: if useful {
-            short_scatter(&usual, &sensors, rover)
+            short_scatter(&usual, &sensors)
         } else {
             vec![]
         },

@@ -22,8 +22,9 @@ const PRESENT: f64 = 0.6;
 const BENDS: f64 = 4.0;
 /// Change of a wheel's slip within a window above which forces are averaged over it.
 const SLIP_CHANGE: f64 = 0.03;
-/// Time over which the ground's roughness stays alike \[s\]: tens of ms.
-const CORRELATION: f64 = 0.05;
+/// Variance of a window's mean by that inside it, of ground that forgets within 50 ms; one that fluctuates evenly up to 10 Hz has
+/// half of it.
+const LASTS: f64 = 0.82;
 /// Jump of speed and wheels, in their noise, that begins a run of its own.
 const JUMP: f64 = 3.5;
 /// Slope by which no vehicle tips from one row to the next \[rad\].
@@ -484,21 +485,12 @@ impl Reader {
     }
 }
 
-/// Variance of a window's value by what scatters inside windows beyond the sensors' noise.
-pub(crate) fn short_scatter(
-    usual: &[f64; SERIES],
-    sensors: &Sensors,
-    rover: &Rover,
-) -> Vec<Option<f64>> {
+/// Variance of a window's value at most, by what scatters inside windows beyond the sensors' noise: of the body's acceleration alone.
+/// Under a motor that holds its torque a rough ground shows in a wheel's speed.
+pub(crate) fn short_scatter(usual: &[f64; SERIES], sensors: &Sensors) -> Vec<Option<f64>> {
     // White noise alone scatters by 1 in the mean; .963 is the median of chi2/n for the eighteen freedoms of twenty samples.
-    let beyond = |k: usize, sd: f64| {
-        let correlated = (CORRELATION / rover.gap.window).min(1.0);
-        (usual[k] / 0.963 - 1.0).max(0.0) * sd * sd * correlated
-    };
+    let beyond = |sd: f64| (usual[4] / 0.963 - 1.0).max(0.0) * sd * sd * LASTS;
     let mut out = vec![None; VALUES];
-    for q in 0..4 {
-        out[TORQUE + q] = Some(beyond(q, sensors.torque));
-    }
-    out[ACCEL] = sensors.accel.map(|sd| beyond(4, sd));
+    out[ACCEL] = sensors.accel.map(beyond);
     out
 }
