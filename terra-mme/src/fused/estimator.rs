@@ -351,6 +351,27 @@ impl FusedModel {
         slips_and_loads: &[(f64, f64)],
         forces: &[f64],
     ) -> Result<(), EstimatorError> {
+        let (table, slices) = (&self.table, &self.slices);
+        let pair = held.pair.as_ref();
+        let pair = pair.and_then(|pair| pair.at(slips_and_loads, forces, table, slices));
+        match pair {
+            Some(pair) if self.whitening.is_none() && self.history.is_none() => {
+                self.base += held.constant + self.pass_pair(&pair);
+                self.samples += 1;
+                Ok(())
+            }
+            _ => self.update_held_any(held, slips_and_loads, forces),
+        }
+    }
+
+    /// The same for whatever sample.
+    #[inline(never)]
+    fn update_held_any(
+        &mut self,
+        held: &HeldCovariance,
+        slips_and_loads: &[(f64, f64)],
+        forces: &[f64],
+    ) -> Result<(), EstimatorError> {
         self.holds()?;
         held.check(slips_and_loads, forces)?;
         let loads = || slips_and_loads.iter().map(|(_, load)| *load);

@@ -214,15 +214,12 @@ impl GridTable {
         })
     }
 
-    /// First node along slip, and weights.
+    /// First node along slip, and weights; `None` outside the table.
     #[inline]
-    pub(super) fn slip_weights(&self, slip: f64) -> Result<(usize, [f64; ALONG]), EstimatorError> {
-        inside("slip", slip, self.range.slip)?;
-        let (first, weight, _) = cubic(
-            (slip - self.range.slip.0) * self.scale[1],
-            self.range.nodes.0,
-        );
-        Ok((first, weight))
+    pub(super) fn slip_weights(&self, slip: f64) -> Option<(usize, [f64; ALONG])> {
+        let (least, most) = self.range.slip;
+        let (first, weight, _) = cubic((slip - least) * self.scale[1], self.range.nodes.0);
+        (least..=most).contains(&slip).then_some((first, weight))
     }
 
     /// First node along slip, weights, and their slopes.

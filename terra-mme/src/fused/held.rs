@@ -3,6 +3,7 @@
 use std::f64::consts::LOG2_E;
 
 use super::grid::{ALONG, GridTable, LANES, OUTPUTS};
+use super::held_pair::HeldPair;
 use super::kernel::{Group, ROWS, Sample};
 use super::shared::Columns;
 use super::slice::Slices;
@@ -17,17 +18,27 @@ pub struct HeldCovariance {
     pub(super) constant: f64,
     whiten: Whiten,
     terms: Vec<Term>,
+    /// The same where it is one wheel's two forces.
+    pub(super) pair: Option<HeldPair>,
 }
 
 /// A force that a row looks at.
 #[derive(Clone, Copy, Debug)]
-struct Term {
-    row: usize,
+pub(super) struct Term {
+    pub(super) row: usize,
     wheel: usize,
-    output: usize,
+    pub(super) output: usize,
     /// What the row takes of the tabulated number, times its load where it grows with that.
     share: f64,
     grows: bool,
+}
+
+impl Term {
+    /// What the row takes of the tabulated number under a load \[N\].
+    #[inline]
+    pub(super) fn share_at(&self, load: f64) -> f64 {
+        self.share * if self.grows { load } else { 1.0 }
+    }
 }
 
 /// L⁻¹ to base 2, as rows of a sample take it.
@@ -84,6 +95,7 @@ impl HeldCovariance {
             wheels,
             rows,
             constant,
+            pair: HeldPair::of(&terms, &whiten, (rows, wheels)),
             whiten,
             terms,
         }
@@ -136,13 +148,13 @@ impl HeldCovariance {
             // A slice holds the interpolation along its load.
             let (first, along, stencil) = match slice {
                 Some(_) => {
-                    let (first, weight) = table.slip_weights(*slip)?;
+                    let (first, weight, _) = table.along_slip(*slip)?;
                     (first, weight, None)
                 }
                 None => (0, [0.0; ALONG], Some(table.at(*slip, *load)?)),
             };
             for term in self.terms.iter().filter(|t| t.wheel == wheel) {
-                let share = term.share * if term.grows { *load } else { 1.0 };
+                let share = term.share_at(*load);
                 let groups = &mut out.row[term.row].groups;
                 if let Some(stencil) = &stencil {
                     stencil.groups(term.output, share, groups);

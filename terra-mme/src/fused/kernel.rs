@@ -237,18 +237,18 @@ pub(super) fn weigh_tiles(samples: &[Sample], length: usize, tiles: Tiles<'_>) {
     match length {
         1 => weigh::<1>(samples, tiles),
         2 => weigh::<2>(samples, tiles),
+        3 => weigh::<3>(samples, tiles),
         4 => weigh::<4>(samples, tiles),
         _ => weigh::<TILE>(samples, tiles),
     }
 }
 
-/// Vectors that hold n hypotheses: whole tiles, and 1, 2 or 4 vectors more.
+/// Vectors that hold n hypotheses: whole tiles, and 1 to 4 vectors more.
 pub(super) fn padded(n: usize) -> usize {
     let vectors = n.div_ceil(LANES);
-    let whole = vectors / TILE * TILE;
-    match vectors - whole {
-        0 => whole,
-        rest => whole + rest.next_power_of_two(),
+    match vectors % TILE {
+        0..=4 => vectors,
+        _ => vectors.next_multiple_of(TILE),
     }
 }
 

@@ -7,6 +7,7 @@
 mod estimator;
 mod grid;
 mod held;
+mod held_pair;
 mod kernel;
 mod pair;
 mod shared;

@@ -1,18 +1,28 @@
 //! The pass for the sample that is most common: two rows, each a force of one wheel under a load that stays, so that four nodes
 //! make a row. All that hypotheses share at it then stays in registers.
+//!
+//! # Equation
+//! e = Σ_a g_a F_a - y, d = Σ_a h_a G_a - z + c e, log2 w <- log2 w - e² - d², whitened: g, h, y, z have their scales in them.
 
 use wide::f32x8;
 
 use super::grid::{ALONG, LANES};
-use super::kernel::{Group, Sample, Source, lift};
+use super::kernel::{Group, Sample, Source};
 
 /// What hypotheses share at such a sample.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Pair {
-    groups: [Group; 2],
+    pub(super) groups: [Group; 2],
+    pub(super) observed: [f32; 2],
+    /// What the second row takes of the first.
+    pub(super) cross: f32,
+}
+
+/// The same in every lane.
+#[derive(Clone, Copy)]
+struct Lanes {
     weight: [[f32x8; ALONG]; 2],
     observed: [f32x8; 2],
-    /// What the second row takes of the first.
     cross: f32x8,
 }
 
@@ -27,18 +37,16 @@ impl Pair {
         let (2, [a], [b]) = (sample.rows, one.groups.as_slice(), two.groups.as_slice()) else {
             return None;
         };
-        let all = f32x8::splat;
         Some(Pair {
             groups: [*a, *b],
-            weight: [a.weight.map(all), b.weight.map(all)],
-            observed: [all(-one.observed), all(-two.observed)],
-            cross: all(two.whiten[0]),
+            observed: [one.observed, two.observed],
+            cross: two.whiten[0],
         })
     }
 
     /// Sources that the rows look at.
     pub(super) fn sources(&self) -> [usize; 2] {
-        [self.groups[0].source, self.groups[1].source]
+        self.groups.map(|group| group.source)
     }
 
     /// Weighs tiles of `length` vectors, given the sources of both rows there.
@@ -47,58 +55,58 @@ impl Pair {
         match length {
             1 => self.tiles::<1>(sources, w),
             2 => self.tiles::<2>(sources, w),
+            3 => self.tiles::<3>(sources, w),
             4 => self.tiles::<4>(sources, w),
             _ => self.tiles::<8>(sources, w),
         }
     }
 
-    /// Weighs a set of one tile and lifts it: the sum of its weights and the largest log-weight.
+    /// Weighs the one tile of a set, given the forces that the rows look at.
     #[inline]
-    pub(super) fn one_tile(
+    pub(super) fn weigh_one<const V: usize>(
         &self,
-        length: usize,
         values: [&[[f32; LANES]]; 2],
-        weights: &mut [[f32; LANES]],
-        by: f32,
-    ) -> (f32, f32) {
-        match length {
-            1 => self.first::<1>(values, weights),
-            2 => self.first::<2>(values, weights),
-            4 => self.first::<4>(values, weights),
-            _ => self.first::<8>(values, weights),
-        }
-        lift(weights, by)
-    }
-
-    #[inline]
-    fn first<const V: usize>(&self, values: [&[[f32; LANES]]; 2], weights: &mut [[f32; LANES]]) {
+        weights: &mut [[f32; LANES]; V],
+    ) {
         let [a, b] = [0, 1].map(|k| {
-            let tile = values[k].as_chunks::<V>().0;
-            let from = tile.get(self.groups[k].block..)?;
-            from.first_chunk()
+            let first = self.groups[k].block * V;
+            let nodes = values[k].get(first..first + ALONG * V)?;
+            nodes.as_chunks().0.first_chunk()
         });
-        if let (Some(a), Some(b), Some(weights)) = (a, b, weights.first_chunk_mut()) {
-            self.fall(a, b, weights);
+        if let (Some(a), Some(b)) = (a, b) {
+            self.lanes().fall(a, b, weights);
         }
     }
 
     fn tiles<const V: usize>(&self, sources: [Source<'_>; 2], weights: &mut [[f32; LANES]]) {
         // A copy may stay in registers from tile to tile.
-        let own_pair = *self;
+        let (own, blocks) = (self.lanes(), self.groups.map(|group| group.block));
         let [mut a, mut b] = sources.map(|s| s.values.as_chunks::<V>().0);
         for weights in weights.as_chunks_mut::<V>().0 {
-            let [Some(own), Some(other)] = [(a, 0), (b, 1)].map(|(tile, k)| {
-                let from = tile.get(own_pair.groups[k].block..);
+            let [Some(one), Some(two)] = [(a, 0), (b, 1)].map(|(tile, k)| {
+                let from = tile.get(blocks[k]..);
                 from.and_then(|from| from.first_chunk())
             }) else {
                 return;
             };
-            own_pair.fall(own, other, weights);
+            own.fall(one, two, weights);
             a = a.get(sources[0].blocks..).unwrap_or_default();
             b = b.get(sources[1].blocks..).unwrap_or_default();
         }
     }
 
+    #[inline]
+    fn lanes(&self) -> Lanes {
+        let all = f32x8::splat;
+        Lanes {
+            weight: self.groups.map(|group| group.weight.map(all)),
+            observed: self.observed.map(|y| all(-y)),
+            cross: all(self.cross),
+        }
+    }
+}
+
+impl Lanes {
     #[inline]
     fn fall<const V: usize>(&self, a: &Nodes<V>, b: &Nodes<V>, weights: &mut [[f32; LANES]; V]) {
         for (v, lw) in weights.iter_mut().enumerate() {

@@ -92,7 +92,17 @@ impl Slices {
         }
     }
 
+    /// The slice of a load that was the only one of the sample before: nothing of what is kept would change.
+    #[inline]
+    pub(super) fn same(&self, load: f64) -> Option<usize> {
+        match self.last.as_slice() {
+            [last] if *last == load => self.find(load),
+            _ => None,
+        }
+    }
+
     /// The slice of a load.
+    #[inline]
     pub(super) fn find(&self, load: f64) -> Option<usize> {
         self.slices.iter().position(|s| s.load == load)
     }
@@ -127,6 +137,22 @@ impl Slices {
             slice.make_ready(table, slip, output);
         }
         first
+    }
+}
+
+impl Slices {
+    /// The first block of a look-up of an output in slice k, from a node along slip on, where all of it is filled.
+    #[inline]
+    pub(super) fn at_hand(
+        &self,
+        k: usize,
+        table: &GridTable,
+        slip: usize,
+        output: usize,
+    ) -> Option<usize> {
+        let first = output * table.range.nodes.0 + slip;
+        let filled = self.slices.get(k)?.filled.get(first..first + ALONG)?;
+        (*filled == [true; ALONG]).then_some(first)
     }
 }
 

@@ -18,82 +18,99 @@ const RUN: usize = 16;
 impl FusedModel {
     /// The pass itself. Returns what was taken out of every log-weight, to base e.
     pub(super) fn pass(&mut self, samples: &[Sample]) -> f64 {
-        let rows = match samples {
-            [one] => one.rows,
-            _ => samples.iter().map(|s| s.rows).sum(),
-        };
-        // As much as a right hypothesis falls on average, so that a long block ends near 0.
-        let lift = rows as u32 as f32 * (0.5 * std::f32::consts::LOG2_E) - self.top;
-        let (where_highest, highest) = match self.one_tile(samples, lift) {
-            Some((sum, highest)) => {
-                self.total = f64::from(sum);
-                (0, highest)
-            }
-            None => self.all_tiles(samples, lift),
-        };
-        let vectors = self.log_weights.get(where_highest..).unwrap_or_default();
-        for (k, lw) in vectors.iter().enumerate() {
-            let same = f32x8::from(*lw).simd_eq(f32x8::splat(highest));
-            let bits = same.to_bitmask();
-            if bits != 0 {
-                self.best = (where_highest + k) * LANES + bits.trailing_zeros() as usize;
-                break;
-            }
+        if let [sample] = samples
+            && self.previous.is_empty()
+            && let Some(pair) = Pair::of(sample)
+        {
+            return self.pass_pair(&pair);
         }
-        self.top = highest;
-        let mut taken_out = -f64::from(lift);
-        // A new winner far above the old one, or an old one that fell far: all are shifted.
-        if highest.abs() > HIGH {
-            taken_out += f64::from(highest);
-            self.top = 0.0;
-            self.total = self
-                .runs()
-                .map(|(vectors, _)| f64::from(self.lift(&vectors, -highest).0))
-                .sum();
-        }
-        taken_out * LN_2
+        let lift = self.expected_fall(samples.iter().map(|s| s.rows).sum());
+        let highest = self.all_tiles(lift, |model, vectors, length| {
+            model.weigh_alike(vectors, length, samples);
+        });
+        self.settle(highest, lift)
     }
 
-    /// A set that is one tile, under a sample of two short rows: the sum of its weights and the largest log-weight. `None` for
-    /// others.
+    /// The same for a sample of two short rows, nothing whitened in time.
     #[inline]
-    fn one_tile(&mut self, samples: &[Sample], lift: f32) -> Option<(f32, f32)> {
-        let ([sample], true, true) = (
-            samples,
-            self.previous.is_empty(),
-            self.table.vectors <= TILE,
-        ) else {
-            return None;
+    pub(super) fn pass_pair(&mut self, pair: &Pair) -> f64 {
+        let lift = self.expected_fall(2);
+        let highest = match self.table.vectors {
+            1 => self.one_tile::<1>(pair, lift),
+            2 => self.one_tile::<2>(pair, lift),
+            3 => self.one_tile::<3>(pair, lift),
+            4 => self.one_tile::<4>(pair, lift),
+            TILE => self.one_tile::<TILE>(pair, lift),
+            _ => self.all_tiles(lift, |model, vectors, length| {
+                model.weigh_pair(vectors, length, pair);
+            }),
         };
-        let pair = Pair::of(sample)?;
-        let sources = pair.sources();
-        let sources = sources.map(|k| self.slices.source(&self.table, k).values);
-        let length = self.table.vectors;
-        Some(pair.one_tile(length, sources, &mut self.log_weights, lift))
+        self.settle(highest, lift)
     }
 
-    /// Run by run: where the largest log-weight is, or some vectors before, and the largest.
+    /// What log-weights are lifted by: as much as a right hypothesis falls on average, so that a long block ends near 0.
+    #[inline]
+    fn expected_fall(&self, rows: usize) -> f32 {
+        rows as u32 as f32 * (0.5 * std::f32::consts::LOG2_E) - self.top
+    }
+
+    /// The largest log-weight is known. Returns what was taken out of every log-weight, to base e.
+    #[inline]
+    fn settle(&mut self, highest: f32, lift: f32) -> f64 {
+        self.top = highest;
+        let taken_out = -f64::from(lift) * LN_2;
+        // A new winner far above the old one, or an old one that fell far.
+        if highest.abs() > HIGH {
+            return taken_out + self.shift();
+        }
+        taken_out
+    }
+
+    /// Shifts all log-weights, the largest to 0; returns what that took out of them, to base e.
+    #[cold]
     #[inline(never)]
-    fn all_tiles(&mut self, samples: &[Sample], lift: f32) -> (usize, f32) {
-        let pair = match samples {
-            [sample] if self.previous.is_empty() => Pair::of(sample),
-            _ => None,
+    fn shift(&mut self) -> f64 {
+        let highest = std::mem::take(&mut self.top);
+        self.total = self
+            .runs()
+            .map(|(vectors, _)| f64::from(self.lift(&vectors, -highest).0))
+            .sum();
+        f64::from(highest) * LN_2
+    }
+
+    /// A set that is one tile of V vectors, under a sample of two short rows. Returns the largest log-weight.
+    #[inline]
+    fn one_tile<const V: usize>(&mut self, pair: &Pair, by: f32) -> f32 {
+        let forces = pair
+            .sources()
+            .map(|k| self.slices.source(&self.table, k).values);
+        let Some(weights) = self.log_weights.first_chunk_mut::<V>() else {
+            return 0.0;
         };
+        pair.weigh_one(forces, weights);
+        let (sum, highest) = lift(weights, by);
+        self.total = f64::from(sum);
+        self.best = first_of(weights, highest);
+        highest
+    }
+
+    /// Run by run: each falls as `weigh` makes it. Returns the largest log-weight.
+    #[inline]
+    fn all_tiles(&mut self, by: f32, weigh: impl Fn(&mut Self, &Range<usize>, usize)) -> f32 {
         let (mut where_highest, mut highest) = (0, f32::MIN);
         self.total = 0.0;
         for (vectors, length) in self.runs() {
-            match &pair {
-                Some(pair) => self.weigh_pair(&vectors, length, pair),
-                None => self.weigh_alike(&vectors, length, samples),
-            }
-            let (sum, top) = self.lift(&vectors, lift);
+            weigh(self, &vectors, length);
+            let (sum, top) = self.lift(&vectors, by);
             self.total += f64::from(sum);
             // The first of equals wins.
             if top > highest {
                 (highest, where_highest) = (top, vectors.start);
             }
         }
-        (where_highest, highest)
+        let run = self.log_weights.get(where_highest..).unwrap_or_default();
+        self.best = where_highest * LANES + first_of(run, highest);
+        highest
     }
 
     /// Vectors that are weighed and then lifted while they are at hand, and the length of their tiles: whole ones, then what is
@@ -145,4 +162,16 @@ impl FusedModel {
         let weights = self.log_weights.get_mut(vectors.clone());
         lift(weights.unwrap_or_default(), by)
     }
+}
+
+/// Number of the first log-weight that is this one.
+#[inline]
+fn first_of(weights: &[[f32; LANES]], one: f32) -> usize {
+    for (k, lw) in weights.iter().enumerate() {
+        let bits = f32x8::from(*lw).simd_eq(f32x8::splat(one)).to_bitmask();
+        if bits != 0 {
+            return k * LANES + bits.trailing_zeros() as usize;
+        }
+    }
+    0
 }
