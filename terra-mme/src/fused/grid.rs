@@ -282,10 +282,10 @@ fn cubic(x: f64, n: usize) -> (usize, [f64; 4], [f64; 4]) {
     let t = x - first as f64;
     let (a, b, c, d) = (t, t - 1.0, t - 2.0, t - 3.0);
     let weight = [
-        -b * c * d / 6.0,
-        a * c * d / 2.0,
-        -a * b * d / 2.0,
-        a * b * c / 6.0,
+        b * c * d * (-1.0 / 6.0),
+        a * c * d * 0.5,
+        a * b * d * -0.5,
+        a * b * c * (1.0 / 6.0),
     ];
     let slope = [
         -(c * d + b * d + b * c) / 6.0,

@@ -169,32 +169,63 @@ fn power_of_two(x: f32x8) -> f32x8 {
     cast(series + (held.fast_round_int() << 23_i32))
 }
 
+/// The sum of weights and the largest log-weight so far, lane by lane.
+struct Lifted {
+    sum: f32x8,
+    top: f32x8,
+}
+
+impl Lifted {
+    const NONE: Lifted = Lifted {
+        sum: f32x8::ZERO,
+        top: f32x8::splat(f32::MIN),
+    };
+
+    /// Adds to the log-weights of one vector.
+    #[inline(always)]
+    fn lift(&mut self, kept: &mut [f32; LANES], by: f32x8) {
+        let lw = f32x8::from(*kept) + by;
+        *kept = lw.to_array();
+        self.top = lw.fast_max(self.top);
+        self.sum += power_of_two(lw);
+    }
+
+    /// Over all lanes.
+    #[inline(always)]
+    fn all(self) -> (f32, f32) {
+        let [a, b]: [f32x4; 2] = cast(self.top);
+        let [a, b, c, d] = a.fast_max(b).to_array();
+        let more = |a: f32, b: f32| if a > b { a } else { b };
+        (self.sum.reduce_add(), more(more(a, b), more(c, d)))
+    }
+}
+
 /// Adds the same to all log-weights. Returns the sum of weights and the largest log-weight.
 ///
 /// Its constants take all registers, so it is a function of its own.
 #[inline(never)]
 pub(super) fn lift(weights: &mut [[f32; LANES]], by: f32) -> (f32, f32) {
-    let (mut sum, mut top) = (f32x8::ZERO, f32x8::splat(f32::MIN));
-    let by = f32x8::splat(by);
-    let mut one = |kept: &mut [f32; LANES]| {
-        let lw = f32x8::from(*kept) + by;
-        *kept = lw.to_array();
-        top = lw.fast_max(top);
-        sum += power_of_two(lw);
-    };
+    let (mut lifted, by) = (Lifted::NONE, f32x8::splat(by));
     // Two by two: the loop itself then costs half.
     let (pairs, last) = weights.as_chunks_mut::<2>();
     for [a, b] in pairs {
-        one(a);
-        one(b);
+        lifted.lift(a, by);
+        lifted.lift(b, by);
     }
     if let [a] = last {
-        one(a);
+        lifted.lift(a, by);
     }
-    let [a, b]: [f32x4; 2] = cast(top);
-    let [a, b, c, d] = a.fast_max(b).to_array();
-    let more = |a: f32, b: f32| if a > b { a } else { b };
-    (sum.reduce_add(), more(more(a, b), more(c, d)))
+    lifted.all()
+}
+
+/// The same for the one tile of a set.
+#[inline(always)]
+pub(super) fn lift_tile<const V: usize>(weights: &mut [[f32; LANES]; V], by: f32) -> (f32, f32) {
+    let (mut lifted, by) = (Lifted::NONE, f32x8::splat(by));
+    for lw in weights {
+        lifted.lift(lw, by);
+    }
+    lifted.all()
 }
 
 /// Tiles of V vectors under all samples of a pass: log-weights fall.

@@ -110,7 +110,7 @@ impl Slices {
     /// Forces of all vectors: source 0 is the table, the others are slices.
     #[inline]
     pub(super) fn source<'a>(&'a self, table: &'a GridTable, source: usize) -> Source<'a> {
-        match source.checked_sub(1).and_then(|k| self.slices.get(k)) {
+        match self.slices.get(source.wrapping_sub(1)) {
             Some(slice) => Source {
                 values: &slice.values,
                 blocks: slice.blocks(),

@@ -7,7 +7,7 @@ use wide::f32x8;
 
 use super::FusedModel;
 use crate::fused::grid::LANES;
-use crate::fused::kernel::{ROWS, SOURCES, Sample, Source, TILE, Tiles, lift, weigh_tiles};
+use crate::fused::kernel::{ROWS, SOURCES, Sample, Source, TILE, Tiles, lift, lift_tile, weigh_tiles};
 use crate::fused::pair::Pair;
 
 /// Log-weight (to base 2) of the winner beyond which all are shifted back.
@@ -32,7 +32,7 @@ impl FusedModel {
     }
 
     /// The same for a sample of two short rows, nothing whitened in time.
-    #[inline]
+    #[inline(always)]
     pub(super) fn pass_pair(&mut self, pair: &Pair) -> f64 {
         let lift = self.expected_fall(2);
         let highest = match self.table.vectors {
@@ -79,7 +79,7 @@ impl FusedModel {
     }
 
     /// A set that is one tile of V vectors, under a sample of two short rows. Returns the largest log-weight.
-    #[inline]
+    #[inline(never)]
     fn one_tile<const V: usize>(&mut self, pair: &Pair, by: f32) -> f32 {
         let forces = pair
             .sources()
@@ -88,7 +88,7 @@ impl FusedModel {
             return 0.0;
         };
         pair.weigh_one(forces, weights);
-        let (sum, highest) = lift(weights, by);
+        let (sum, highest) = lift_tile(weights, by);
         self.total = f64::from(sum);
         self.best = first_of(weights, highest);
         highest
