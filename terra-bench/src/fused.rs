@@ -12,6 +12,8 @@ use crate::error::{BenchError, check};
 
 /// Samples of a block.
 pub const BLOCK: usize = 16;
+/// Samples of the log.
+const SAMPLES: usize = 4 * BLOCK;
 /// Coarse, so that a large set is built quickly; the pass costs the same on any grid.
 const GRID: TableBox = TableBox {
     slip: (0.1, 0.9),
@@ -45,6 +47,8 @@ impl Wheels {
 pub struct Fused {
     model: FusedModel,
     log: Vec<ForceObservation>,
+    /// Slip and load of each wheel, sample by sample.
+    at: Vec<Vec<(f64, f64)>>,
     next: usize,
 }
 
@@ -61,8 +65,8 @@ impl Fused {
         let set = set.perturbed(n, 0.02, 1)?;
         let template = Contact::new(0.3, 245.25, 0.254, 0.15);
         let mut log = Vec::new();
-        for k in 0..4 * BLOCK {
-            let slip = 0.8 - 0.6 * k as f64 / (4 * BLOCK) as f64;
+        for k in 0..SAMPLES {
+            let slip = 0.8 - 0.6 * k as f64 / SAMPLES as f64;
             let loads = wheels.loads(k);
             let (w, m) = (loads.len(), 1 + loads.len());
             let mut forces = nalgebra::DVector::zeros(3 * w);
@@ -94,6 +98,10 @@ impl Fused {
         }
         Ok(Fused {
             model: FusedModel::new(set, GRID, &template)?,
+            at: log
+                .iter()
+                .map(|o| o.contacts.iter().map(|c| (c.slip, c.normal_load)).collect())
+                .collect(),
             log,
             next: 0,
         })
@@ -104,7 +112,7 @@ impl Fused {
     /// # Errors
     /// [`BenchError::Estimator`].
     pub fn step(&mut self) -> Result<(), BenchError> {
-        let k = self.next % self.log.len();
+        let k = self.next % SAMPLES;
         self.next += 1;
         Ok(self.model.update_block(&self.log[k..=k])?)
     }
@@ -122,15 +130,10 @@ impl Fused {
     /// # Errors
     /// [`BenchError::Estimator`].
     pub fn step_held(&mut self, held: &HeldCovariance) -> Result<(), BenchError> {
-        let o = &self.log[self.next % self.log.len()];
+        let k = self.next % SAMPLES;
         self.next += 1;
-        let at = [0, 1].map(|k| {
-            o.contacts
-                .get(k)
-                .map_or((0.0, 0.0), |c| (c.slip, c.normal_load))
-        });
-        let at = &at[..o.contacts.len()];
-        Ok(self.model.update_held(held, at, o.forces.as_slice())?)
+        let forces = self.log[k].forces.as_slice();
+        Ok(self.model.update_held(held, &self.at[k], forces)?)
     }
 
     /// [`BLOCK`] samples in one pass.
@@ -138,7 +141,7 @@ impl Fused {
     /// # Errors
     /// [`BenchError::Estimator`].
     pub fn block(&mut self) -> Result<(), BenchError> {
-        let k = self.next % self.log.len() / BLOCK * BLOCK;
+        let k = self.next % SAMPLES / BLOCK * BLOCK;
         self.next = k + BLOCK;
         Ok(self.model.update_block(&self.log[k..k + BLOCK])?)
     }
