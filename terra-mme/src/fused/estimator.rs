@@ -153,12 +153,19 @@ impl FusedModel {
         &self,
         obs: &ForceObservation,
     ) -> Result<DMatrix<f64>, EstimatorError> {
-        let s = self.shared(obs, &self.stencils(obs)?)?;
+        let mut stencils = [Stencil::default(); WHEELS];
+        self.stencils(obs, &mut stencils)?;
+        let s = self.shared(obs, &stencils);
         let m = obs.forces.len();
         Ok(DMatrix::from_fn(m, m, |i, j| s[i.min(j)][i.max(j)]))
     }
 
-    fn stencils(&self, obs: &ForceObservation) -> Result<[Stencil; WHEELS], EstimatorError> {
+    /// The look-ups of an observation's wheels.
+    fn stencils(
+        &self,
+        obs: &ForceObservation,
+        out: &mut [Stencil; WHEELS],
+    ) -> Result<(), EstimatorError> {
         obs.check()?;
         let (m, w) = (obs.forces.len(), obs.contacts.len());
         for (what, found, expected) in [("rows", m, ROWS), ("forces", OUTPUTS * w, FORCES)] {
@@ -170,19 +177,14 @@ impl FusedModel {
                 });
             }
         }
-        let mut out = [Stencil::default(); WHEELS];
         for (stencil, contact) in out.iter_mut().zip(&obs.contacts) {
             *stencil = self.table.stencil(contact)?;
         }
-        Ok(out)
+        Ok(())
     }
 
     /// S, by columns.
-    fn shared(
-        &self,
-        obs: &ForceObservation,
-        stencils: &[Stencil; WHEELS],
-    ) -> Result<Columns, EstimatorError> {
+    fn shared(&self, obs: &ForceObservation, stencils: &[Stencil; WHEELS]) -> Columns {
         let mut shared = Shared::new(obs);
         let place = self.table.place(self.best);
         let wheels = obs.contacts.iter().zip(stencils).zip(columns(obs));
@@ -198,21 +200,22 @@ impl FusedModel {
                 shared.slope(k, column, scale * slip, in_load);
             }
         }
-        Ok(shared.covariance())
+        shared.covariance()
     }
 
-    /// L⁻¹, S (1 - ρ²) = L Lᵀ, and the constant of its density.
+    /// Makes L⁻¹, S (1 - ρ²) = L Lᵀ; returns the constant of its density.
     #[inline]
     fn factored(
         &self,
         obs: &ForceObservation,
         stencils: &[Stencil; WHEELS],
         rho: f64,
-    ) -> Result<(Columns, f64), EstimatorError> {
-        let s = self.shared(obs, stencils)?;
-        let factored = factor(s, obs.forces.len(), 1.0 - rho * rho);
-        factored
-            .filter(|(_, c)| c.is_finite())
+        inverse: &mut Columns,
+    ) -> Result<f64, EstimatorError> {
+        let s = self.shared(obs, stencils);
+        let constant = factor(s, obs.forces.len(), 1.0 - rho * rho, inverse);
+        constant
+            .filter(|c| c.is_finite())
             .ok_or_else(|| EstimatorError::NotPositiveDefinite {
                 hypothesis: "all".to_owned(),
                 time: obs.time,
@@ -227,9 +230,11 @@ impl FusedModel {
         slices: &mut Slices,
         out: &mut Sample,
     ) -> Result<f64, EstimatorError> {
-        let stencils = self.stencils(obs)?;
+        let mut stencils = [Stencil::default(); WHEELS];
+        self.stencils(obs, &mut stencils)?;
         let m = obs.forces.len();
-        let (inverse, constant) = self.factored(obs, &stencils, rho)?;
+        let mut inverse = Columns::default();
+        let constant = self.factored(obs, &stencils, rho, &mut inverse)?;
         (out.rows, out.rho) = (m, rho as f32);
         let whiten = Whiten::new(&inverse, m);
         let rows = out.row.iter_mut().zip(obs.forces.iter());
@@ -310,9 +315,11 @@ impl FusedModel {
     /// time with every sample.
     pub fn hold(&self, obs: &ForceObservation) -> Result<HeldCovariance, EstimatorError> {
         self.holds()?;
-        let stencils = self.stencils(obs)?;
+        let mut stencils = [Stencil::default(); WHEELS];
+        self.stencils(obs, &mut stencils)?;
         let (m, w) = (obs.forces.len(), obs.contacts.len());
-        let (inverse, constant) = self.factored(obs, &stencils, 0.0)?;
+        let mut inverse = Columns::default();
+        let constant = self.factored(obs, &stencils, 0.0, &mut inverse)?;
         Ok(HeldCovariance::new(
             &inverse,
             (m, w),
@@ -416,23 +423,25 @@ impl FusedModel {
 
     /// Keeps an observation for the alarm, in the room of the oldest.
     fn remember(&mut self, obs: &ForceObservation) {
-        let full = self.recent.len() >= self.rule.window;
-        let oldest = if full { self.recent.pop_front() } else { None };
-        match oldest {
-            Some(mut old)
-                if old.forces.len() == obs.forces.len()
-                    && old.covariance.shape() == obs.covariance.shape()
-                    && old.map.shape() == obs.map.shape() =>
-            {
-                (old.time, old.group) = (obs.time, obs.group);
-                let copy = |to: &mut [f64], from: &[f64]| to.copy_from_slice(from);
-                copy(old.forces.as_mut_slice(), obs.forces.as_slice());
-                copy(old.map.as_mut_slice(), obs.map.as_slice());
-                copy(old.covariance.as_mut_slice(), obs.covariance.as_slice());
-                old.contacts.clone_from(&obs.contacts);
-                self.recent.push_back(old);
-            }
-            _ => self.recent.push_back(obs.clone()),
+        if self.recent.len() < self.rule.window {
+            return self.recent.push_back(obs.clone());
+        }
+        self.recent.rotate_left(1);
+        let Some(old) = self.recent.back_mut() else {
+            return;
+        };
+        if old.forces.len() == obs.forces.len()
+            && old.covariance.shape() == obs.covariance.shape()
+            && old.map.shape() == obs.map.shape()
+        {
+            (old.time, old.group) = (obs.time, obs.group);
+            let copy = |to: &mut [f64], from: &[f64]| to.copy_from_slice(from);
+            copy(old.forces.as_mut_slice(), obs.forces.as_slice());
+            copy(old.map.as_mut_slice(), obs.map.as_slice());
+            copy(old.covariance.as_mut_slice(), obs.covariance.as_slice());
+            old.contacts.clone_from(&obs.contacts);
+        } else {
+            *old = obs.clone();
         }
     }
 }

@@ -44,47 +44,56 @@ impl<'a> Shared<'a> {
         }
     }
 
-    /// S, by columns.
+    /// S, by columns: what each column of C gives to it.
     pub(super) fn covariance(&self) -> Columns {
         let (m, wheels) = (self.obs.forces.len(), self.obs.contacts.len());
-        let g = || self.g.iter().take(2 * wheels);
-        // H C, by columns.
-        let mut left = [[0.0; LANES]; ROWS + INPUTS];
-        let columns = self.obs.covariance.as_slice().chunks_exact(m + 2 * wheels);
-        for (left, column) in left.iter_mut().zip(columns) {
-            let (above, below) = column.split_at(m);
-            let mut sum = -f64x8::from(rows(above));
-            for (g, c) in g().zip(below) {
-                sum = f64x8::from(*g).mul_add(f64x8::splat(*c), sum);
-            }
-            *left = sum.to_array();
-        }
         let mut s = [[0.0; LANES]; ROWS];
-        let (forces, inputs) = left.split_at(m);
-        for (j, (s, force)) in s.iter_mut().zip(forces).enumerate() {
-            let mut sum = -f64x8::from(*force);
-            for (left, g) in inputs.iter().zip(g()) {
-                sum = f64x8::from(*left).mul_add(f64x8::splat(g[j]), sum);
+        let columns = self.obs.covariance.as_slice().chunks_exact(m + 2 * wheels);
+        for (k, column) in columns.enumerate() {
+            // H times the column.
+            let (above, below) = column.split_at(m);
+            let mut left = -f64x8::from(rows(above));
+            for (g, c) in self.g.iter().zip(below) {
+                left = f64x8::from(*g).mul_add(f64x8::splat(*c), left);
             }
-            *s = sum.to_array();
+            match k.checked_sub(m).and_then(|k| self.g.get(k)) {
+                Some(g) => {
+                    for (s, g) in s.iter_mut().zip(g).take(m) {
+                        *s = left
+                            .mul_add(f64x8::splat(*g), f64x8::from(*s))
+                            .to_array();
+                    }
+                }
+                None => {
+                    if let Some(s) = s.get_mut(k) {
+                        *s = (f64x8::from(*s) - left).to_array();
+                    }
+                }
+            }
         }
         s
     }
 }
 
-/// One number a row.
+/// One number a row: at most [`ROWS`].
 #[inline]
 fn rows(column: &[f64]) -> [f64; LANES] {
+    // Not a copy of so many bytes: a call for a few numbers costs more than they.
     let mut out = [0.0; LANES];
-    for (out, x) in out.iter_mut().zip(column) {
-        *out = *x;
+    for (k, out) in out.iter_mut().enumerate().take(ROWS) {
+        *out = column.get(k).copied().unwrap_or(0.0);
     }
     out
 }
 
-/// L⁻¹ of the first m columns of `scale` S, row by row, and ln N(0; 0, scale S); `None` when it is not positive definite.
-pub(super) fn factor(mut s: Columns, m: usize, scale: f64) -> Option<(Columns, f64)> {
-    let mut inverse = [[0.0; LANES]; ROWS];
+/// Makes L⁻¹ of the first m columns of `scale` S, row by row, and returns ln N(0; 0, scale S); `None` when it is not positive
+/// definite.
+pub(super) fn factor(
+    mut s: Columns,
+    m: usize,
+    scale: f64,
+    inverse: &mut Columns,
+) -> Option<f64> {
     let mut constant = -0.5 * m as f64 * LN_TAU;
     // One logarithm of a product costs less than one a row.
     let mut product = 1.0;
@@ -124,7 +133,7 @@ pub(super) fn factor(mut s: Columns, m: usize, scale: f64) -> Option<(Columns, f
         inverse[k] = (row * f64x8::splat(inverse_root)).to_array();
         inverse[k][k] = inverse_root;
     }
-    Some((inverse, constant - 0.5 * product.ln()))
+    Some(constant - 0.5 * product.ln())
 }
 
 #[cfg(test)]
@@ -167,13 +176,15 @@ mod tests {
             }
             let expected = covariance(&obs, &(&obs.map * slopes)) * 0.36;
             let s = shared.covariance();
-            let (inverse, constant) = factor(s, m, 0.36).unwrap();
+            let mut inverse = [[0.0; LANES]; ROWS];
+            let constant = factor(s, m, 0.36, &mut inverse).unwrap();
             let density = score(&DVector::zeros(m), &expected).unwrap().log_density;
             assert!((constant - density).abs() < 1e-12, "{constant} {density}");
             let l = DMatrix::from_fn(m, m, |i, j| inverse[i][j]);
             let identity = &l * &expected * l.transpose();
             assert!((identity - DMatrix::identity(m, m)).amax() < 1e-10);
         }
-        assert!(factor([[0.0; LANES]; ROWS], 1, 1.0).is_none());
+        let none = [[0.0; LANES]; ROWS];
+        assert!(factor(none, 1, 1.0, &mut none.clone()).is_none());
     }
 }
