@@ -31,6 +31,13 @@ fn fused_pass(c: &mut Criterion) {
                 group.bench_function(BenchmarkId::new("held", n), |b| {
                     b.iter(|| black_box(&mut set).step_held(&covariance).unwrap());
                 });
+                group.bench_function(BenchmarkId::new("held_with_mean", n), |b| {
+                    b.iter(|| {
+                        black_box(&mut set)
+                            .step_held_with_mean(&covariance)
+                            .unwrap()
+                    });
+                });
                 if n <= CHECKED {
                     Hand::check(n).unwrap();
                 }

@@ -49,6 +49,8 @@ pub struct Fused {
     log: Vec<ForceObservation>,
     /// Slip and load of each wheel, sample by sample.
     at: Vec<Vec<(f64, f64)>>,
+    /// Of the parameters.
+    mean: Vec<f64>,
     next: usize,
 }
 
@@ -103,6 +105,7 @@ impl Fused {
                 .map(|o| o.contacts.iter().map(|c| (c.slip, c.normal_load)).collect())
                 .collect(),
             log,
+            mean: vec![0.0; clay.len()],
             next: 0,
         })
     }
@@ -136,6 +139,15 @@ impl Fused {
         Ok(self.model.update_held(held, &self.at[k], forces)?)
     }
 
+    /// The same, and the means of the parameters.
+    ///
+    /// # Errors
+    /// [`BenchError::Estimator`].
+    pub fn step_held_with_mean(&mut self, held: &HeldCovariance) -> Result<(), BenchError> {
+        self.step_held(held)?;
+        Ok(self.model.mean_into(&mut self.mean)?)
+    }
+
     /// [`BLOCK`] samples in one pass.
     ///
     /// # Errors
@@ -164,7 +176,16 @@ impl Fused {
         let mut held = Fused::new(n, wheels)?;
         let covariance = held.hold()?;
         for _ in 0..held.log.len() {
-            held.step_held(&covariance)?;
+            held.step_held_with_mean(&covariance)?;
+        }
+        if let Some(belief) = oracle.belief().most_probable() {
+            for (k, (mean, sd)) in
+                (0..).zip(held.mean.iter().zip(0..).map(|(m, k)| (m, belief.sd(k))))
+            {
+                let what = format!("mean of parameter {k} of {n}, with S held");
+                let spread = sd.unwrap_or(0.0).max(1e-9 * mean.abs()).max(1e-12);
+                check(&what, *mean, belief.mean[k], spread, 1e-2)?;
+            }
         }
         let expected = oracle.probabilities();
         for (j, p) in expected.iter().enumerate() {

@@ -85,6 +85,24 @@ const KERNELS: &[Kernel] = &[
     kernel("fused-held:21", 64, 192, "the same, S held, N = 21"),
     kernel("fused-held:1000", 64, 192, "the same, S held, N = 1 000"),
     kernel("fused-held:4000", 64, 192, "the same, S held, N = 4 000"),
+    kernel(
+        "fused-held-mean:21",
+        64,
+        192,
+        "the same, mean of 8 parameters, N = 21",
+    ),
+    kernel(
+        "fused-held-mean:1000",
+        64,
+        192,
+        "the same, mean of 8 parameters, N = 1 000",
+    ),
+    kernel(
+        "fused-held-mean:4000",
+        64,
+        192,
+        "the same, mean of 8 parameters, N = 4 000",
+    ),
     kernel("hand-wheel:21", 64, 192, "the same by hand, N = 21"),
     kernel("hand-wheel:1000", 64, 192, "the same by hand, N = 1 000"),
     kernel("hand-wheel:4000", 64, 192, "the same by hand, N = 4 000"),
@@ -125,10 +143,15 @@ const KERNELS: &[Kernel] = &[
 
 /// Kernels `NAME:N` whose line in N is printed, what they are, and whether it must be straight: in the fused pass the last tile,
 /// of fewer vectors than others, costs more a hypothesis, and which N has one is chance.
-const LINEAR: [(&str, &str, bool); 6] = [
+const LINEAR: [(&str, &str, bool); 7] = [
     ("hypothesis-update", "Bayes step", true),
     ("fused-wheel", "fused pass on a wheel", false),
     ("fused-held", "fused pass on a wheel, S held", false),
+    (
+        "fused-held-mean",
+        "fused pass on a wheel, S held, with mean",
+        false,
+    ),
     ("hand-wheel", "the same by hand", false),
     ("hand-wheel-mean", "the same by hand, with mean", false),
     ("fused", "fused pass on a side", false),

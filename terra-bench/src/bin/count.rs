@@ -26,7 +26,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let operations = match kernel.split_once(':') {
         Some(("hypothesis-update", n)) => hypothesis_update(n.parse()?, repetitions)?,
         Some(("fused-wheel", n)) => fused(n.parse()?, Wheels::One, false, repetitions)?,
-        Some(("fused-held", n)) => held(n.parse()?, repetitions)?,
+        Some(("fused-held", n)) => held(n.parse()?, false, repetitions)?,
+        Some(("fused-held-mean", n)) => held(n.parse()?, true, repetitions)?,
         Some(("fused-moving", n)) => fused(n.parse()?, Wheels::Moving, false, repetitions)?,
         Some(("fused", n)) => fused(n.parse()?, Wheels::Side, false, repetitions)?,
         Some(("fused-block", n)) => fused(n.parse()?, Wheels::Side, true, repetitions)?,
@@ -209,12 +210,16 @@ fn hand(n: usize, mean: bool, repetitions: usize) -> Result<usize, Box<dyn Error
     Ok(repetitions)
 }
 
-fn held(n: usize, repetitions: usize) -> Result<usize, Box<dyn Error>> {
+fn held(n: usize, mean: bool, repetitions: usize) -> Result<usize, Box<dyn Error>> {
     Fused::check(n.min(21), Wheels::One)?;
     let mut set = Fused::new(n, Wheels::One)?;
     let covariance = set.hold()?;
     for _ in 0..repetitions {
-        black_box(&mut set).step_held(black_box(&covariance))?;
+        if mean {
+            black_box(&mut set).step_held_with_mean(black_box(&covariance))?;
+        } else {
+            black_box(&mut set).step_held(black_box(&covariance))?;
+        }
     }
     Ok(repetitions)
 }

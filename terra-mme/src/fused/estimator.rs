@@ -10,6 +10,7 @@
 
 use std::collections::VecDeque;
 use std::f64::consts::LN_2;
+use std::sync::OnceLock;
 
 use nalgebra::DMatrix;
 use terra_model::Contact;
@@ -17,6 +18,7 @@ use terra_model::Contact;
 use super::grid::{GridTable, LANES, OUTPUTS, Stencil};
 use super::held::{HeldCovariance, Whiten};
 use super::kernel::{FORCES, Group, ROWS, Sample, TILE, WHEELS};
+use super::mean::Parameters;
 use super::shared::{Columns, Shared, factor};
 use super::slice::Slices;
 use crate::choice::Choice;
@@ -64,6 +66,8 @@ pub struct FusedModel {
     clock: Clock,
     recent: VecDeque<ForceObservation>,
     history: Option<History>,
+    /// Made when a mean is first asked for; `None` in it for several laws, whose parameters have none.
+    parameters: OnceLock<Option<Parameters>>,
 }
 
 impl FusedModel {
@@ -106,6 +110,7 @@ impl FusedModel {
             clock: Clock::default(),
             recent: VecDeque::new(),
             history: None,
+            parameters: OnceLock::new(),
         })
     }
 
@@ -143,6 +148,33 @@ impl FusedModel {
     pub fn log_evidence(&self) -> f64 {
         let n = self.set.len() as f64;
         self.base + (self.total / n).ln()
+    }
+
+    /// The means of the parameters (p, in the order of the law) under the posterior, to 1e-6 of their spread: those of
+    /// [`belief`](Weighed::belief) without its covariance, at a cost that every sample can bear.
+    ///
+    /// # Errors
+    /// [`EstimatorError::NotSupported`] for hypotheses of several laws, [`EstimatorError::Size`] for another number than p.
+    pub fn mean_into(&self, mean: &mut [f64]) -> Result<(), EstimatorError> {
+        let made = self
+            .parameters
+            .get_or_init(|| Parameters::of(&self.set, self.table.vectors));
+        let Some(parameters) = made else {
+            return Err(EstimatorError::NotSupported {
+                estimator: "fused",
+                choice: "mean of the parameters".to_owned(),
+                reason: "the hypotheses have several laws",
+            });
+        };
+        if mean.len() != parameters.count() {
+            return Err(EstimatorError::Size {
+                what: "means",
+                found: mean.len(),
+                expected: parameters.count(),
+            });
+        }
+        parameters.mean(&self.log_weights, self.total, mean);
+        Ok(())
     }
 
     /// S at an observation, its slopes in slip and load those of the winner.

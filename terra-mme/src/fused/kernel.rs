@@ -147,7 +147,7 @@ fn fall<const V: usize, const M: usize>(
 /// # Equation
 /// 2^x = 2^k 2^f, k = round(x), |f| <= 1/2, 2^f by the polynomial of degree 5 that is nowhere off by more than 1.5e-7 of it.
 #[inline]
-fn power_of_two(x: f32x8) -> f32x8 {
+pub(super) fn power_of_two(x: f32x8) -> f32x8 {
     const SERIES: [f32; 6] = [
         0.001_327_655_4,
         0.009_675_627,

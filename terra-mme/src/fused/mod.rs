@@ -9,6 +9,7 @@ mod grid;
 mod held;
 mod held_pair;
 mod kernel;
+mod mean;
 mod pair;
 mod shared;
 mod slice;

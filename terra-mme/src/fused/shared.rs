@@ -59,9 +59,7 @@ impl<'a> Shared<'a> {
             match k.checked_sub(m).and_then(|k| self.g.get(k)) {
                 Some(g) => {
                     for (s, g) in s.iter_mut().zip(g).take(m) {
-                        *s = left
-                            .mul_add(f64x8::splat(*g), f64x8::from(*s))
-                            .to_array();
+                        *s = left.mul_add(f64x8::splat(*g), f64x8::from(*s)).to_array();
                     }
                 }
                 None => {
@@ -88,12 +86,7 @@ fn rows(column: &[f64]) -> [f64; LANES] {
 
 /// Makes L⁻¹ of the first m columns of `scale` S, row by row, and returns ln N(0; 0, scale S); `None` when it is not positive
 /// definite.
-pub(super) fn factor(
-    mut s: Columns,
-    m: usize,
-    scale: f64,
-    inverse: &mut Columns,
-) -> Option<f64> {
+pub(super) fn factor(mut s: Columns, m: usize, scale: f64, inverse: &mut Columns) -> Option<f64> {
     let mut constant = -0.5 * m as f64 * LN_TAU;
     // One logarithm of a product costs less than one a row.
     let mut product = 1.0;

@@ -246,6 +246,15 @@ fn limits_are_typed() {
     assert_eq!((fused.probabilities(), fused.samples()), (before, 1));
 }
 
+/// Drawbar pull and torque of the first wheel, their errors going together.
+fn front(o: &ForceObservation) -> ForceObservation {
+    let sd = [20.0, 8.0, 0.0, 0.0];
+    let forces = [Some(o.forces[0] / 2.0), Some(o.forces[1]), None];
+    let mut one = ForceObservation::wheel(o.time, o.group, forces, o.contacts[0], &sd).unwrap();
+    (one.covariance[(0, 1)], one.covariance[(1, 0)]) = (60.0, 60.0);
+    one
+}
+
 /// With slips and loads known S is the same at every sample, so holding it changes nothing: posterior and evidence of `update`,
 /// whether the load stays (a short look-up) or not, on one wheel and on a side, whatever the size of the set.
 #[test]
@@ -254,6 +263,9 @@ fn a_held_covariance_is_the_same_update() {
         (1, 0.0, 1),
         (21, 0.0, 1),
         (21, 0.3, 1),
+        (12, 0.0, 1),
+        (30, 0.0, 1),
+        (60, 0.0, 1),
         (150, 0.0, 1),
         (1100, 0.0, 1),
         (21, 0.0, 2),
@@ -262,11 +274,7 @@ fn a_held_covariance_is_the_same_update() {
         let mut rows = exact_inputs(&soil("lean_clay_22"), 40, 3);
         for (k, o) in rows.iter_mut().enumerate() {
             if wheels == 1 {
-                let sd = [20.0, 8.0, 0.0, 0.0];
-                let forces = [Some(o.forces[0] / 2.0), Some(o.forces[1]), None];
-                *o = ForceObservation::wheel(o.time, o.group, forces, o.contacts[0], &sd).unwrap();
-                // Errors of pull and torque that go together.
-                (o.covariance[(0, 1)], o.covariance[(1, 0)]) = (60.0, 60.0);
+                *o = front(o);
             }
             for c in &mut o.contacts {
                 c.normal_load += moving * k as f64;
@@ -292,6 +300,129 @@ fn a_held_covariance_is_the_same_update() {
         );
         assert_eq!(whole.map_index(), held.map_index());
     }
+}
+
+/// The order of the rows is the map's, and a row may be one that looks at nothing or at both forces.
+#[test]
+fn a_held_map_may_be_any() {
+    let rows: Vec<_> = exact_inputs(&soil("lean_clay_22"), 20, 5)
+        .iter()
+        .map(front)
+        .collect();
+    for mix in [
+        [0.0, 1.0, 1.0, 0.0],
+        [1.0, 0.5, 0.0, 1.0],
+        [1.0, 0.0, 0.0, 0.0],
+    ] {
+        let mix = DMatrix::from_row_slice(2, 2, &mix);
+        let new = || FusedModel::new(many(21, 4), fine(), &contact(0.2, LOAD)).unwrap();
+        let (mut whole, mut held) = (new(), new());
+        let mixed = |o: &ForceObservation| ForceObservation {
+            forces: &mix * &o.forces,
+            map: &mix * &o.map,
+            ..o.clone()
+        };
+        let covariance = held.hold(&mixed(&rows[0])).unwrap();
+        for o in rows.iter().map(mixed) {
+            whole.update(&o).unwrap();
+            let at = [(o.contacts[0].slip, o.contacts[0].normal_load)];
+            held.update_held(&covariance, &at, o.forces.as_slice())
+                .unwrap();
+        }
+        for (a, b) in whole.probabilities().iter().zip(held.probabilities()) {
+            assert!((a - b).abs() < 1e-5, "{mix}: {a} {b}");
+        }
+    }
+}
+
+/// As above for the sample that has a way of its own: one wheel under a load that stays.
+#[test]
+fn limits_of_a_held_wheel_are_typed() {
+    let rows = exact_inputs(&soil("lean_clay_22"), 3, 1);
+    let o = front(&rows[0]);
+    let mut fused = FusedModel::new(many(21, 1), fine(), &contact(0.2, LOAD)).unwrap();
+    let held = fused.hold(&o).unwrap();
+    let (at, y) = ([(0.3, 200.0)], o.forces.as_slice());
+    for _ in 0..4 {
+        fused.update_held(&held, &at, y).unwrap();
+    }
+    let before = (fused.probabilities(), fused.log_evidence(), fused.samples());
+    let size = |e| matches!(e, Err(EstimatorError::Size { .. }));
+    assert!(size(fused.update_held(&held, &[], y)));
+    assert!(size(fused.update_held(&held, &at, &y[..1])));
+    for bad in [f64::NAN, f64::NEG_INFINITY] {
+        for forces in [[y[0], bad], [bad, y[1]]] {
+            let found = fused.update_held(&held, &at, &forces);
+            assert!(matches!(found, Err(EstimatorError::Value { .. })));
+        }
+    }
+    for outside in [
+        (0.99, 200.0),
+        (f64::NAN, 200.0),
+        (-1e300, 200.0),
+        (0.3, 400.0),
+        (0.3, f64::NAN),
+    ] {
+        let found = fused.update_held(&held, &[outside], y);
+        assert!(matches!(found, Err(EstimatorError::OutsideTable { .. })));
+    }
+    assert_eq!(
+        (fused.probabilities(), fused.log_evidence(), fused.samples()),
+        before
+    );
+    let whitening = Some(Prewhitening::new(0.5, 0.01).unwrap());
+    assert!(
+        fused
+            .clone()
+            .with_prewhitening(whitening)
+            .update_held(&held, &at, y)
+            .is_err()
+    );
+    assert!(fused.with_history().update_held(&held, &at, y).is_err());
+}
+
+/// Against the belief, before and after samples, for sets that fill vectors and for those that do not.
+#[test]
+fn means_are_those_of_the_belief() {
+    for n in [1, 21, 300, 4200] {
+        let rows = exact_inputs(&soil("lean_clay_22"), 10, 2);
+        let coarse = TableBox {
+            nodes: (8, 4),
+            ..fine()
+        };
+        let mut fused = FusedModel::new(many(n, 3), coarse, &contact(0.2, LOAD)).unwrap();
+        let p = soil("lean_clay_22").len();
+        for o in &rows {
+            let mut mean = vec![f64::NAN; p];
+            fused.mean_into(&mut mean).unwrap();
+            let belief = fused.belief();
+            let belief = belief.most_probable().unwrap();
+            for (k, mean) in mean.iter().enumerate() {
+                let exact = belief.mean[k];
+                let spread = belief.sd(k).unwrap().max(1e-9 * exact.abs());
+                assert!(
+                    (mean - exact).abs() <= 1e-5 * spread,
+                    "{n} {k}: {mean} {exact}"
+                );
+            }
+            fused.update(o).unwrap();
+        }
+        let found = fused.mean_into(&mut vec![0.0; p + 1]);
+        assert!(matches!(found, Err(EstimatorError::Size { .. })));
+    }
+}
+
+/// Parameters of two laws have no common mean.
+#[test]
+fn several_laws_have_no_mean() {
+    let other = Arc::new(Registry::builtin().law("linear-stress").unwrap());
+    let own = soil("lean_clay_22");
+    let set = many(2, 1)
+        .joined(HypothesisSet::from_vectors(&other, "linear", [own]).unwrap())
+        .unwrap();
+    let fused = FusedModel::new(set, fine(), &contact(0.2, LOAD)).unwrap();
+    let found = fused.mean_into(&mut [0.0; 8]);
+    assert!(matches!(found, Err(EstimatorError::NotSupported { .. })));
 }
 
 /// What a held sample cannot be is said, and changes nothing.

@@ -7,7 +7,9 @@ use wide::f32x8;
 
 use super::FusedModel;
 use crate::fused::grid::LANES;
-use crate::fused::kernel::{ROWS, SOURCES, Sample, Source, TILE, Tiles, lift, lift_tile, weigh_tiles};
+use crate::fused::kernel::{
+    ROWS, SOURCES, Sample, Source, TILE, Tiles, lift, lift_tile, weigh_tiles,
+};
 use crate::fused::pair::Pair;
 
 /// Log-weight (to base 2) of the winner beyond which all are shifted back.
@@ -81,13 +83,15 @@ impl FusedModel {
     /// A set that is one tile of V vectors, under a sample of two short rows. Returns the largest log-weight.
     #[inline(never)]
     fn one_tile<const V: usize>(&mut self, pair: &Pair, by: f32) -> f32 {
-        let forces = pair
-            .sources()
-            .map(|k| self.slices.source(&self.table, k).values);
+        let forces = |k: usize| self.slices.source(&self.table, k).values;
+        // Mostly one load, and so one source.
+        let [one, two] = pair.sources();
+        let first = forces(one);
+        let second = if two == one { first } else { forces(two) };
         let Some(weights) = self.log_weights.first_chunk_mut::<V>() else {
             return 0.0;
         };
-        pair.weigh_one(forces, weights);
+        pair.weigh_one([first, second], weights);
         let (sum, highest) = lift_tile(weights, by);
         self.total = f64::from(sum);
         self.best = first_of(weights, highest);
