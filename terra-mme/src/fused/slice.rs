@@ -110,6 +110,7 @@ impl Slices {
     /// Forces of all vectors: source 0 is the table, the others are slices.
     #[inline]
     pub(super) fn source<'a>(&'a self, table: &'a GridTable, source: usize) -> Source<'a> {
+        // One less than 0 is the number of no slice.
         match self.slices.get(source.wrapping_sub(1)) {
             Some(slice) => Source {
                 values: &slice.values,
@@ -138,9 +139,7 @@ impl Slices {
         }
         first
     }
-}
 
-impl Slices {
     /// The first block of a look-up of an output in slice k, from a node along slip on, where all of it is filled.
     #[inline]
     pub(super) fn at_hand(
