@@ -16,7 +16,7 @@ use nalgebra::DMatrix;
 use terra_model::Contact;
 
 use super::grid::{GridTable, LANES, OUTPUTS, Stencil};
-use super::held::{HeldCovariance, Whiten};
+use super::held::{HeldCovariance, Whiten, bounded};
 use super::kernel::{FORCES, Group, ROWS, Sample, TILE, WHEELS};
 use super::mean::Parameters;
 use super::shared::{Columns, Shared, factor};
@@ -273,6 +273,7 @@ impl FusedModel {
         for (k, (row, observed)) in rows.enumerate() {
             row.groups.clear();
             let own = whiten.own[k];
+            bounded(*observed, own)?;
             // Whitened in time, residuals are wanted as they are.
             let own_now = if self.whitening.is_some() { 1.0 } else { own };
             row.observed = (observed * own_now) as f32;
@@ -383,7 +384,7 @@ impl FusedModel {
     ///
     /// # Errors
     /// [`EstimatorError::Size`] for other numbers of wheels or forces than were held, [`EstimatorError::Value`] for a force that
-    /// is not finite, [`EstimatorError::OutsideTable`], [`EstimatorError::NotSupported`] as [`hold`](Self::hold).
+    /// is not finite or a million standard deviations away, [`EstimatorError::OutsideTable`], [`EstimatorError::NotSupported`] as [`hold`](Self::hold).
     pub fn update_held(
         &mut self,
         held: &HeldCovariance,

@@ -41,6 +41,25 @@ impl Term {
     }
 }
 
+/// Standard deviations from which single precision tells nothing apart, and its squares soon overflow.
+pub(super) const BEYOND: f64 = 1e6;
+
+/// A force that single precision can weigh, given the diagonal of the whitening at its row.
+///
+/// # Errors
+/// [`EstimatorError::Value`].
+#[inline]
+pub(super) fn bounded(force: f64, own: f64) -> Result<(), EstimatorError> {
+    if (force * own).abs() < BEYOND {
+        return Ok(());
+    }
+    Err(EstimatorError::Value {
+        what: "force".to_owned(),
+        value: force,
+        expected: "a finite number within a million standard deviations",
+    })
+}
+
 /// L⁻¹ to base 2, as rows of a sample take it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Whiten {
@@ -101,7 +120,7 @@ impl HeldCovariance {
         }
     }
 
-    /// Sizes agree and forces are finite; slips and loads are asked about by the table.
+    /// Sizes agree and forces can be weighed; slips and loads are asked about by the table.
     #[inline]
     pub(super) fn check(&self, at: &[(f64, f64)], forces: &[f64]) -> Result<(), EstimatorError> {
         for (what, found, expected) in [
@@ -116,14 +135,8 @@ impl HeldCovariance {
                 });
             }
         }
-        match forces.iter().find(|y| !y.is_finite()) {
-            None => Ok(()),
-            Some(y) => Err(EstimatorError::Value {
-                what: "force".to_owned(),
-                value: *y,
-                expected: "a finite number",
-            }),
-        }
+        let mut each = forces.iter().zip(&self.whiten.own);
+        each.try_for_each(|(y, own)| bounded(*y, *own))
     }
 
     /// What all hypotheses share at a sample of these slips and loads \[N\].

@@ -6,7 +6,7 @@
 //! g_k,a = s_k W^p_k l_a(slip), p_k = 1 of drawbar pull and torque; y_k times the diagonal of the whitening.
 
 use super::grid::GridTable;
-use super::held::{Term, Whiten};
+use super::held::{BEYOND, Term, Whiten};
 use super::kernel::Group;
 use super::pair::Pair;
 use super::slice::Slices;
@@ -64,6 +64,7 @@ impl HeldPair {
             observed: [(y * self.own[0]) as f32, (z * self.own[1]) as f32],
             cross: self.cross,
         };
-        (y.is_finite() && z.is_finite()).then_some(pair)
+        let told = |y: f32| y.abs() < BEYOND as f32;
+        pair.observed.into_iter().all(told).then_some(pair)
     }
 }

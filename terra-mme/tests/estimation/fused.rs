@@ -350,7 +350,14 @@ fn limits_of_a_held_wheel_are_typed() {
     let size = |e| matches!(e, Err(EstimatorError::Size { .. }));
     assert!(size(fused.update_held(&held, &[], y)));
     assert!(size(fused.update_held(&held, &at, &y[..1])));
-    for bad in [f64::NAN, f64::NEG_INFINITY] {
+    // What single precision cannot weigh is an error of a whole update too.
+    let mut absurd = o.clone();
+    absurd.forces[0] = 1e20;
+    assert!(matches!(
+        fused.update(&absurd),
+        Err(EstimatorError::Value { .. })
+    ));
+    for bad in [f64::NAN, f64::NEG_INFINITY, 1e20] {
         for forces in [[y[0], bad], [bad, y[1]]] {
             let found = fused.update_held(&held, &at, &forces);
             assert!(matches!(found, Err(EstimatorError::Value { .. })));
@@ -437,7 +444,7 @@ fn limits_of_a_held_covariance_are_typed() {
     let size = |e| matches!(e, Err(EstimatorError::Size { .. }));
     assert!(size(fused.update_held(&held, &at[..1], y)));
     assert!(size(fused.update_held(&held, &at, &y[..2])));
-    for bad in [f64::NAN, f64::INFINITY] {
+    for bad in [f64::NAN, f64::INFINITY, -1e20] {
         let forces = [y[0], bad, y[2]];
         let found = fused.update_held(&held, &at, &forces);
         assert!(matches!(found, Err(EstimatorError::Value { .. })));
