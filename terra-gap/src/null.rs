@@ -35,6 +35,9 @@ pub(crate) struct Refit {
     pub(crate) predictor: AnyPredictor,
 }
 
+/// What is noted of a re-fit whose end is not certified.
+pub(crate) const NO_END: &str = "the re-fit of the nominal model did not converge";
+
 /// Re-fits the nominal model; `None` when motion alone cannot be fitted.
 ///
 /// Braking is an extension of the wheel laws. Where a rig's braking rows keep a fit from converging they are left out, and
@@ -71,8 +74,7 @@ pub(crate) fn refit(
     }
     // A large gap can push the soil into a corner of the model's domain. That the nominal model has no best soil says nothing
     // against the rivals, whose own fits are certified.
-    data.notes
-        .push("the re-fit of the nominal model did not converge".to_owned());
+    data.notes.push(NO_END.to_owned());
     Ok(Some(found))
 }
 

@@ -219,33 +219,6 @@ fn a_cause_is_found_that_the_nominal_fit_hides() {
     assert!((0.8..1.2).contains(&after), "{after}");
 }
 
-/// A robot a fifth heavier than its file says, which the library must not know: lugs over a stiffer layer imitate it, but where
-/// they were not fitted they close a fifth of the gap. They are not named by themselves.
-#[test]
-fn two_causes_that_close_little_where_they_were_not_fitted_are_doubted() {
-    let (rover, registry, mut scenario) = example();
-    scenario.effects = vec![EffectSetting {
-        name: "mass-error".to_owned(),
-        magnitude: vec![0.2],
-        form: None,
-    }];
-    let log = simulate_drive(&scenario, &rover, &registry).unwrap().log;
-    let others = registry.effects().iter().map(|e| e.name().to_owned());
-    let mut settings = Settings::of(&rover);
-    settings.effects = Some(others.filter(|e| e != "mass-error").collect());
-    let d = diagnose_drive(&log, &rover, &registry, &settings).unwrap();
-    assert!((total(&d) - 1.0).abs() < 1e-9);
-    let closed = d.held_out.unwrap().closed.unwrap().mean;
-    assert_eq!(
-        (d.accepted_names.len(), closed < 0.5),
-        (2, true),
-        "{closed}"
-    );
-    assert_eq!(d.verdict, "ambiguous");
-    assert!(d.set.contains(&"unknown".to_owned()), "{:?}", d.set);
-    assert!(d.reason.unwrap().contains("not fitted"));
-}
-
 /// Soil that piles up before a wheel, which the library must not know, is followed by deeper sinkage and a load in tow; where
 /// they were not fitted these close four fifths of the gap, and stand beside `unknown`. Two causes that are there close nearly
 /// all, and are named.
