@@ -37,7 +37,7 @@ const ALIKE: f64 = 0.05;
 const TAILS: f64 = 3.0;
 /// Steps of the scoring at most.
 const STEPS: usize = 8;
-/// Relative change that ends it.
+/// Change that ends it, in standard deviations of the parts.
 const SETTLED: f64 = 0.02;
 
 /// Kinds of channels that one roughness shakes.

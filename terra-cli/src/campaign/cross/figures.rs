@@ -175,7 +175,7 @@ mod tests {
         }
     }
 
-    /// By hand: of four cases one null is clean, one instrument is the first cause but behind nothing at all, one effect is a
+    /// By hand: of four cases one null is clean, one instrument is the first cause but behind `none`, one effect is a
     /// wrong single name and its truth is not given, one other form is second of two.
     #[test]
     fn figures_count_what_they_say() {
