@@ -16,15 +16,12 @@ use crate::screen::{Score, within_reach};
 use crate::settings::LogKind;
 use crate::setup::{Screened, Setup};
 use crate::signatures::Asked;
-use crate::starts::{better_of, far_start, start_anew, weigh_elsewhere};
-use crate::weigh::{Amplitudes, Weighed, again, contest, weigh, weigh_at};
+use crate::starts::{better_of, far_start, start_anew, weigh_from};
+use crate::weigh::{Amplitudes, NEAR, Weighed, again, contest, weigh, weigh_at};
 
 /// Screened gain up to which an effect of a drive, beyond the surest, is weighed by its screen alone: where the data do not ask
 /// for it, its magnitude is small against its own noise and the tangent is as good as the law.
 const LINEAR_UP_TO: f64 = 0.0;
-/// Effects of a drive that are confirmed before the others where the nominal law is near the data: they tell which others
-/// cannot win any more.
-const FIRST: usize = 3;
 /// Nats behind these from which another is not fitted any more.
 const LOST: f64 = 15.0;
 /// Other structures, the best by themselves, under which effects are weighed too.
@@ -63,7 +60,7 @@ pub(crate) fn confirm_singles(
         previous,
     );
     let bases = bases(kind, null, null_weighed, structures);
-    let confirm = |rank: usize, k: usize, lost: &dyn Fn(f64) -> bool| {
+    let confirm = |rank: usize, k: usize, levels: &Amplitudes, lost: &dyn Fn(f64) -> bool| {
         let effect = &asked[k];
         let score = &screen[k].score;
         // What a fit under another noise found is the best start.
@@ -112,24 +109,31 @@ pub(crate) fn confirm_singles(
             let found = weigh(data, predictor, &h, levels, &starts, guess, effort).ok()?;
             let far = far_start(&**effect, &found, kind).filter(|_| elsewhere.is_none());
             Some(better_of(found, far, |start, found| {
-                weigh_elsewhere(data, predictor, levels, found, &start)
+                weigh_from(data, predictor, levels, found, start)
             }))
         });
         let weighed: Vec<Weighed> = weighed.collect();
         (!weighed.is_empty()).then_some((k, weighed))
     };
-    let first = match kind {
-        LogKind::Drive if chosen.near => FIRST.min(chosen.order.len()),
-        _ => chosen.order.len(),
-    };
-    let (first, others) = chosen.order.split_at(first);
-    let of_first = for_each(first.len(), |rank| confirm(rank, first[rank], &|_| false));
+    let (first, others) = chosen.order.split_at(chosen.first.min(chosen.order.len()));
+    let of_first = for_each(first.len(), |rank| {
+        confirm(rank, first[rank], levels, &|_| false)
+    });
     let mut singles: Vec<Single> = of_first.into_iter().flatten().collect();
-    let best = singles.iter().flat_map(|(_, w)| w).map(|w| w.log_evidence);
-    let best = best.fold(f64::NEG_INFINITY, f64::max) - null_weighed.log_evidence;
-    let lost = |promised: f64| within_reach(promised) + LOST < best;
-    let of_others = for_each(others.len(), |rank| {
-        confirm(rank + FIRST, others[rank], &lost)
+    let found = singles.iter().flat_map(|(_, w)| w);
+    let best = found.max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence));
+    let gain = best.map_or(f64::NEG_INFINITY, |b| b.log_evidence) - null_weighed.log_evidence;
+    let lost = |promised: f64| chosen.near && within_reach(promised) + LOST < gain;
+    // Where one of these explains the data there is no need to ask those that only the tangent speaks for, far from the data.
+    let explained = best.is_some_and(|b| b.chi2_per_value() < NEAR);
+    let asked_still = if explained && chosen.only_if_unexplained {
+        &[]
+    } else {
+        others
+    };
+    let against_best = levels.against(best);
+    let of_others = for_each(asked_still.len(), |rank| {
+        confirm(rank + first.len(), asked_still[rank], &against_best, &lost)
     });
     singles.extend(of_others.into_iter().flatten());
     if kind == LogKind::Drive {

@@ -22,10 +22,18 @@ const AT_LEAST_LARGE: (usize, f64) = (9, 50.0);
 const SCOUTED: usize = 5;
 const BY_SCREEN: usize = 2;
 
+/// Effects of a drive that are confirmed before the others where the nominal law is near the data: they tell which others
+/// cannot win any more.
+const FIRST: usize = 3;
+
 /// Who is fitted.
 pub(crate) struct Contenders {
     /// Rows of the screen, the most promising first.
     pub order: Vec<usize>,
+    /// How many of them are fitted before the others.
+    pub first: usize,
+    /// Whether the others are fitted only if none of these explains the data.
+    pub only_if_unexplained: bool,
     /// Rank from which a drive's effect that the screen does not ask for is weighed by the screen alone.
     pub sure: usize,
     /// Whether the tangent at the nominal fit can be relied on.
@@ -64,25 +72,38 @@ impl Contenders {
             found = scout(predictor, null, windows, asked, SCOUTED);
         }
         let ranked = order.iter().copied().enumerate();
-        let order = if !found.is_empty() {
+        let (order, first, only_if_unexplained) = if !found.is_empty() {
             let by_screen = order.iter().take(BY_SCREEN).copied();
             let by_screen = by_screen.filter(|k| found.iter().all(|(f, _)| f != k));
-            found.iter().map(|(k, _)| *k).chain(by_screen).collect()
+            let chosen = found.iter().map(|(k, _)| *k).chain(by_screen);
+            (chosen.collect(), 1, false)
         } else if previous.is_some() && !near {
             // Who else could, the tangent says as badly as ever, but as long as nobody explains the data it is asked.
             let explained = previous.is_some_and(|p| p.0.all().any(|w| w.chi2_per_value() < NEAR));
             let more = if explained { 0 } else { sure };
             let chosen = ranked.filter(|&(rank, k)| known(k) || rank < more);
-            chosen.map(|(_, k)| k).collect()
+            let (mut chosen, others): (Vec<usize>, Vec<usize>) =
+                chosen.map(|(_, k)| k).partition(|&k| known(k));
+            let first = chosen.len();
+            chosen.extend(others);
+            (chosen, first, true)
         } else {
             // Contrasts on rigs are large and the linear screen may only order work there, never exclude.
             let all = kind == LogKind::Rig;
             let chosen = ranked
                 .filter(|&(rank, k)| all || rank < sure || known(k) || gain(k) > best - WITHIN);
-            chosen.map(|(_, k)| k).collect()
+            let chosen: Vec<usize> = chosen.map(|(_, k)| k).collect();
+            let first = if kind == LogKind::Drive && near {
+                FIRST
+            } else {
+                chosen.len()
+            };
+            (chosen, first, false)
         };
         Contenders {
             order,
+            first,
+            only_if_unexplained,
             sure,
             near,
             found,

@@ -24,6 +24,7 @@ use terra_model::{
 use crate::dataset::DataSet;
 use crate::error::GapError;
 use crate::evidence::posterior;
+use crate::fit::Fit;
 use crate::hypothesis::Hypothesis;
 use crate::noise::Inherited;
 use crate::null::{drop_unanswered, refit};
@@ -49,6 +50,9 @@ const PRESSURE: f64 = 5e3;
 const OTHER_FORM: f64 = 0.5;
 /// Spreads by which a coefficient is clearly another.
 const MOVED: f64 = 1.0;
+/// Promise, in units of the misfit per value, below which a fit to the simulator's log has ended: the noise is taken that much
+/// larger, and a unit of it is then as small as a unit of cost elsewhere.
+const ENDED: f64 = 0.1;
 /// Share of the prior spread that the same soil may differ by between the two logs.
 const SAME_SOIL: f64 = 0.1;
 
@@ -175,7 +179,11 @@ pub(crate) fn against<'a>(
         )));
     }
     let found = refit(&mut data, predictor, &setup, &null)?;
-    let Some(fit) = found.map(|f| f.fitted).filter(|fit| fit.converged) else {
+    let ended = |fit: &Fit| {
+        let misfit = (fit.chi2() / data.len() as f64).max(1.0);
+        fit.converged || fit.promise() < ENDED * misfit
+    };
+    let Some(fit) = found.map(|f| f.fitted).filter(ended) else {
         return Err(GapError::Mismatch(
             "the fit of the nominal simulator to the simulator's log did not converge".to_owned(),
         ));

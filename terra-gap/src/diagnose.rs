@@ -8,7 +8,7 @@ use crate::contrast::Baseline;
 use crate::dataset::DataSet;
 use crate::decide::decide;
 use crate::error::GapError;
-use crate::fit::{Fit, residual};
+use crate::fit::{Fit, residual_at_end};
 use crate::holdout::{HeldOut, HoldOut, hold_out, noise_floor};
 use crate::hypothesis::Hypothesis;
 use crate::locate::{Place, places};
@@ -188,7 +188,7 @@ pub(crate) fn diagnose(
     let mut ranking = answers.rank(&calibration);
     let mut decision = decide(&ranking, &rivals.null_weighed, setup.kind, &calibration);
 
-    let raw_null = residual(&data, predictor, null, fitted.x.as_slice())?;
+    let raw_null = residual_at_end(&data, predictor, null, fitted.x.as_slice())?;
     let rms = channel_rms(&data, raw_null.as_slice());
     let found = places(&data, fitted, raw_null.as_slice());
     let (mut held, mut remainder, mut after, mut doubt) = (None, vec![], None, None);
@@ -205,7 +205,7 @@ pub(crate) fn diagnose(
         let closed = found.closed.map(|c| c.mean).filter(|c| *c < asked);
         doubt = closed.filter(|_| h.effects().len() > 1);
         held = Some(found);
-        let raw = residual(&data, predictor, h, f.x.as_slice())?;
+        let raw = residual_at_end(&data, predictor, h, f.x.as_slice())?;
         remainder = places(&data, f, raw.as_slice());
         after = Some(f.chi2() / n);
     }

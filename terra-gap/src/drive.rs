@@ -39,6 +39,7 @@ use terra_model::{
 use crate::dataset::DataSet;
 use crate::error::GapError;
 use crate::logs::of_log;
+use crate::memory::Memory;
 use crate::predictor::{Design, Predict, Sloped};
 use crate::sensor;
 
@@ -61,6 +62,11 @@ const WHEEL: usize = 9;
 const WHEEL_RATE: usize = 13;
 const AROUND: usize = 17;
 const RAW: usize = 20;
+/// Most times in a window at which forces are evaluated.
+const NODES: usize = 2;
+
+/// Entry angles of four wheels \[rad\], where they are known.
+type Entries<P> = [Option<P>; 4];
 
 #[derive(Clone, Debug)]
 pub(crate) struct Window {
@@ -139,7 +145,8 @@ impl DrivePredictor {
         }
     }
 
-    /// Predicted readings `offset` seconds from the window's middle, on its straight line of motion.
+    /// Predicted readings `offset` seconds from the window's middle, on its straight line of motion. `near`: the wheels' entry
+    /// angles a little elsewhere, then here.
     fn readings<T: Scalar>(
         &self,
         law: &Law,
@@ -147,6 +154,7 @@ impl DrivePredictor {
         given: &Given<T>,
         raw: &[T],
         offset: T,
+        near: &mut Entries<T::Primal>,
     ) -> Result<[T; VALUES], GapError> {
         let mut vehicle = lift(&self.vehicle);
         vehicle.pitch = given.pitch;
@@ -217,7 +225,9 @@ impl DrivePredictor {
             // In reverse the rear axle leads, and the front axle runs in its rut.
             let leads = (q < 2) == given.forwards;
             at.earlier_passes = given.earlier_passes + if leads { 0.0 } else { 1.0 };
+            at.near = near[q].map(T::from_primal);
             let forces = law.forces_under(p, &mut at)?;
+            near[q] = forces.angles.map(|a| a.entry.primal());
             pull[q] = forces.drawbar_pull * direction;
             side_moment += ahead * forces.lateral_force;
             torque[q] = vehicle.wheel_inertia * raw[WHEEL_RATE + q]
@@ -260,7 +270,7 @@ impl DrivePredictor {
 }
 
 impl DrivePredictor {
-    /// Their mean over times from the window's middle.
+    /// Their mean over times from the window's middle, each with the entry angles of [`readings`](Self::readings).
     fn mean_readings<T: Scalar>(
         &self,
         law: &Law,
@@ -268,11 +278,12 @@ impl DrivePredictor {
         given: &Given<T>,
         raw: &[T],
         offsets: impl ExactSizeIterator<Item = T>,
+        near: &mut [Entries<T::Primal>; NODES],
     ) -> Result<[T; VALUES], GapError> {
         let mut mean = [T::zero(); VALUES];
         let share = 1.0 / offsets.len() as f64;
-        for offset in offsets {
-            let there = self.readings(law, p, given, raw, offset)?;
+        for (offset, near) in offsets.zip(near) {
+            let there = self.readings(law, p, given, raw, offset, near)?;
             for (sum, value) in mean.iter_mut().zip(there) {
                 *sum += value * share;
             }
@@ -300,7 +311,8 @@ impl Predict for DrivePredictor {
         let window = &self.windows[index];
         let p = &*of_log(law, p, self.soils, window.log);
         let offsets = window.nodes.iter().map(|&offset| T::from(offset));
-        let predicted = self.mean_readings(law, p, &Given::from(window), raw, offsets)?;
+        let near = &mut [[None; 4]; NODES];
+        let predicted = self.mean_readings(law, p, &Given::from(window), raw, offsets, near)?;
         Ok(window
             .measured
             .iter()
@@ -308,13 +320,18 @@ impl Predict for DrivePredictor {
             .collect())
     }
 
+    fn contacts(&self) -> usize {
+        self.windows.len() * NODES * 4
+    }
+
     fn residuals(
         &self,
         law: &Law,
         p: &[f64],
         indices: &[usize],
+        memory: &Memory,
     ) -> Result<Vec<Vec<f64>>, GapError> {
-        abreast::residuals(self, law, p, indices)
+        abreast::residuals(self, law, p, indices, memory)
     }
 
     fn slopes(
@@ -323,8 +340,9 @@ impl Predict for DrivePredictor {
         p: &[LaneDual],
         varied: &Range<usize>,
         indices: &[usize],
+        memory: &Memory,
     ) -> Result<Vec<Vec<Sloped>>, GapError> {
-        abreast::slopes(self, law, p, varied, indices)
+        abreast::slopes(self, law, p, varied, indices, memory)
     }
 
     fn value_positions(&self, index: usize) -> Vec<usize> {

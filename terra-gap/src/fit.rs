@@ -8,6 +8,7 @@ pub(crate) use crate::descent::Effort;
 use crate::descent::{End, Residuals, descend};
 use crate::error::GapError;
 use crate::hypothesis::Hypothesis;
+use crate::memory::Memory;
 use crate::noise::Whitener;
 use crate::predictor::{Predictor, varying};
 
@@ -37,6 +38,16 @@ impl Fit {
     pub fn chi2(&self) -> f64 {
         self.residual.norm_squared()
     }
+
+    /// Decrease of the cost that a whole step of its tangent still promises, over the components that no bound holds.
+    pub(crate) fn promise(&self) -> f64 {
+        let free: Vec<usize> = (0..self.x.len()).filter(|&k| !self.at_bound[k]).collect();
+        let slopes = self.jacobian.select_columns(&free);
+        let gradient = slopes.tr_mul(&self.residual) - self.x.select_rows(&free);
+        let curvature = slopes.tr_mul(&slopes) + DMatrix::identity(free.len(), free.len());
+        let step = curvature.cholesky().map(|c| c.solve(&gradient));
+        step.map_or(f64::INFINITY, |step| step.dot(&gradient))
+    }
 }
 
 /// Residual and Jacobian of all observations, not whitened.
@@ -49,7 +60,7 @@ pub(crate) fn evaluate(
     hypothesis: &Hypothesis,
     x: &[f64],
 ) -> Result<Stacked, GapError> {
-    evaluate_from(data, predictor, hypothesis, x, 0)
+    evaluate_from(data, predictor, hypothesis, x, 0, &Memory::none())
 }
 
 /// The same, but only the columns of the Jacobian from one on.
@@ -62,6 +73,7 @@ pub(crate) fn evaluate_from(
     hypothesis: &Hypothesis,
     x: &[f64],
     first: usize,
+    memory: &Memory,
 ) -> Result<Stacked, GapError> {
     let (held, free) = x.split_at(first.min(x.len()));
     let indices: Vec<usize> = data.observations.iter().map(|o| o.index).collect();
@@ -76,7 +88,7 @@ pub(crate) fn evaluate_from(
         let mut at: Vec<LaneDual> = held.iter().map(|&v| LaneDual::from(v)).collect();
         at.extend(free.iter().enumerate().map(seed));
         let p = hypothesis.parameters(&at);
-        let found = predictor.slopes(&hypothesis.law, &p, &(0..0), &indices)?;
+        let found = predictor.slopes(&hypothesis.law, &p, &(0..0), &indices, memory)?;
         let shifts = data.observations.iter().map(|o| &o.shift);
         let rows = found.iter().zip(shifts).flat_map(|(found, shift)| {
             let shift = shift.iter().copied().chain(std::iter::repeat(0.0));
@@ -109,9 +121,20 @@ pub(crate) fn residual(
     hypothesis: &Hypothesis,
     x: &[f64],
 ) -> Result<DVector<f64>, GapError> {
+    residual_near(data, predictor, hypothesis, x, &Memory::none())
+}
+
+/// The same, where a fit has asked before.
+fn residual_near(
+    data: &DataSet,
+    predictor: &dyn Predictor,
+    hypothesis: &Hypothesis,
+    x: &[f64],
+    memory: &Memory,
+) -> Result<DVector<f64>, GapError> {
     let p = hypothesis.parameters(x);
     let indices: Vec<usize> = data.observations.iter().map(|o| o.index).collect();
-    let mut each = predictor.residuals(&hypothesis.law, &p, &indices)?;
+    let mut each = predictor.residuals(&hypothesis.law, &p, &indices, memory)?;
     for (value, o) in each.iter_mut().zip(&data.observations) {
         shifted(value, o);
     }
@@ -124,16 +147,19 @@ struct Whitened<'a> {
     predictor: &'a dyn Predictor,
     hypothesis: &'a Hypothesis,
     whitener: &'a Whitener,
+    memory: Memory,
 }
 
 impl Residuals for Whitened<'_> {
     fn value(&self, x: &DVector<f64>) -> Result<DVector<f64>, GapError> {
-        let raw = residual(self.data, self.predictor, self.hypothesis, x.as_slice())?;
+        let (x, memory) = (x.as_slice(), &self.memory);
+        let raw = residual_near(self.data, self.predictor, self.hypothesis, x, memory)?;
         Ok(self.whitener.apply_vector(&raw))
     }
 
     fn slopes(&self, x: &DVector<f64>) -> Result<(DVector<f64>, DMatrix<f64>), GapError> {
-        let raw = evaluate(self.data, self.predictor, self.hypothesis, x.as_slice())?;
+        let (x, memory) = (x.as_slice(), &self.memory);
+        let raw = evaluate_from(self.data, self.predictor, self.hypothesis, x, 0, memory)?;
         Ok((
             self.whitener.apply_vector(&raw.residual),
             self.whitener.apply(&raw.jacobian),
@@ -160,6 +186,7 @@ pub(crate) fn fit_near(
         predictor,
         hypothesis,
         whitener,
+        memory: Memory::of(predictor.contacts()),
     };
     let guess = guess.filter(|g| g.shape() == (data.len(), start.len()));
     let End {
@@ -193,7 +220,7 @@ const BACK: [f64; 4] = [1.0, 0.999, 0.99, 0.9];
 ///
 /// # Errors
 /// Of the starts as they are, where the model has no answer at any of these; others at once.
-fn backed<A>(
+pub(crate) fn backed<A>(
     starts: &[Vec<f64>],
     mut from: impl FnMut(&[Vec<f64>]) -> Result<A, GapError>,
 ) -> Result<A, GapError> {
@@ -207,6 +234,22 @@ fn backed<A>(
         }
     }
     Err(error.unwrap_or_else(|| GapError::Soil("a fit without a start".to_owned())))
+}
+
+/// Residual of all observations at the end of a fit, not whitened. At the edge of what the soil carries two rules of integration may
+/// differ about whether it does: then as far back as it takes.
+///
+/// # Errors
+/// Where the model has no answer there either.
+pub(crate) fn residual_at_end(
+    data: &DataSet,
+    predictor: &dyn Predictor,
+    hypothesis: &Hypothesis,
+    end: &[f64],
+) -> Result<DVector<f64>, GapError> {
+    backed(&[end.to_vec()], |ends| {
+        residual(data, predictor, hypothesis, &ends[0])
+    })
 }
 
 /// The best of several starts: the given ones that can be evaluated, or all of them a little nearer to the prior centre where none

@@ -31,6 +31,7 @@ mod kinematic;
 mod latent;
 mod locate;
 mod logs;
+mod memory;
 mod mock;
 mod next;
 mod noise;

@@ -101,12 +101,14 @@ fn settle(
     let mut starts = starts_of(null, setup.kind);
     if setup.kind == LogKind::Drive {
         let thin = Thin::new(data, &noise, Thin::WAY)?;
-        let mut end = thin.end(predictor, null, &starts, None)?;
-        if end.chi2() > NEAR * end.residual.len() as f64 {
-            let held_back = thin.held_back(predictor, null, centre.clone())?;
-            let other = thin.let_go(predictor, null, &held_back)?;
-            if other.cost < end.cost {
-                end = other;
+        let held_back = thin.held_back(predictor, null, centre.clone())?;
+        let mut end = thin.let_go(predictor, null, &held_back, f64::INFINITY)?;
+        let values = end.residual.len() as f64;
+        if end.chi2() > NEAR * values {
+            // The straight way, as long as it may lead lower.
+            let straight = thin.end_below(end.cost / values, predictor, null, &starts, None)?;
+            if straight.cost < end.cost {
+                end = straight;
             }
         }
         // A soil that carries the wheel in these windows may not carry it in all.

@@ -182,9 +182,16 @@ pub(crate) fn confirm_pairs(
         })
         .collect();
     if kind == LogKind::Drive {
-        jobs.extend(by_screen(null_weighed, screen, |a, b, promised| {
+        let first = by_screen(null_weighed, screen, |a, b, promised| {
             may_pair(&*asked[a]) && may_pair(&*asked[b]) && in_reach(null_weighed, promised)
-        }));
+        });
+        // Around a cause that explains the data by itself its partners are chosen already, by a better tangent.
+        let explains = |name: &str| {
+            let mut near = seeds.iter().filter(|(_, w)| w.chi2_per_value() < NEAR);
+            near.any(|(k, _)| asked[*k].name() == name)
+        };
+        let open = |(a, b, ..): &Job| !explains(asked[*a].name()) && !explains(asked[*b].name());
+        jobs.extend(first.into_iter().filter(open));
     }
     // One pair of names in one pair of forms, the first.
     let mut seen: Vec<(&str, &str)> = vec![];

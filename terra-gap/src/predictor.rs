@@ -8,6 +8,7 @@ use terra_model::{LaneDual, Lanes, Law, Real, Scalar, Vector};
 
 use crate::dataset::DataSet;
 use crate::error::GapError;
+use crate::memory::Memory;
 use crate::parallel::try_for_each;
 
 /// A residual and its slopes in up to [`LaneDual::SLOPES`] variables.
@@ -53,9 +54,10 @@ pub(crate) fn raw_slopes(
     let lengths: Vec<usize> = indices.iter().map(|&i| predictor.raw(i).len()).collect();
     let most = lengths.iter().copied().max().unwrap_or(0);
     let mut out: Vec<RawSlopes> = vec![];
+    let memory = Memory::of(predictor.contacts());
     for start in (0..most).step_by(LaneDual::SLOPES) {
         let varied = start..most.min(start + LaneDual::SLOPES);
-        let found = predictor.slopes(law, &p, &varied, indices)?;
+        let found = predictor.slopes(law, &p, &varied, indices, &memory)?;
         if start == 0 {
             let empty = |(values, &length): (&Vec<Sloped>, &usize)| {
                 let residual = values.iter().map(|s| s.value).collect();
@@ -98,6 +100,11 @@ pub(crate) trait Predict: Clone + Sync + Send + 'static {
         raw: &[T],
     ) -> Result<Vec<T>, GapError>;
 
+    /// How many contacts a solver is asked for, each at a place of its own in a [`Memory`].
+    fn contacts(&self) -> usize {
+        0
+    }
+
     /// Residuals of many observations at what was measured.
     ///
     /// # Errors
@@ -107,6 +114,7 @@ pub(crate) trait Predict: Clone + Sync + Send + 'static {
         law: &Law,
         p: &[f64],
         indices: &[usize],
+        _memory: &Memory,
     ) -> Result<Vec<Vec<f64>>, GapError> {
         try_for_each(indices.len(), |k| {
             Predict::residual(self, law, p, indices[k], &Predict::raw(self, indices[k]))
@@ -123,6 +131,7 @@ pub(crate) trait Predict: Clone + Sync + Send + 'static {
         p: &[LaneDual],
         varied: &Range<usize>,
         indices: &[usize],
+        _memory: &Memory,
     ) -> Result<Vec<Vec<Sloped>>, GapError> {
         try_for_each(indices.len(), |k| {
             let raw = Predict::raw(self, indices[k]).into_iter().enumerate();
@@ -163,12 +172,20 @@ pub(crate) trait Predictor: Sync + Send {
         raw: &[f64],
     ) -> Result<Vec<f64>, GapError>;
 
+    /// As [`Predict::contacts`].
+    fn contacts(&self) -> usize;
+
     /// As [`Predict::residuals`].
     ///
     /// # Errors
     /// As there.
-    fn residuals(&self, law: &Law, p: &[f64], indices: &[usize])
-    -> Result<Vec<Vec<f64>>, GapError>;
+    fn residuals(
+        &self,
+        law: &Law,
+        p: &[f64],
+        indices: &[usize],
+        memory: &Memory,
+    ) -> Result<Vec<Vec<f64>>, GapError>;
 
     /// As [`Predict::slopes`].
     ///
@@ -180,6 +197,7 @@ pub(crate) trait Predictor: Sync + Send {
         p: &[LaneDual],
         varied: &Range<usize>,
         indices: &[usize],
+        memory: &Memory,
     ) -> Result<Vec<Vec<Sloped>>, GapError>;
 
     /// As [`Predict::value_positions`].
@@ -215,13 +233,18 @@ impl<K: Predict> Predictor for K {
         Predict::residual(self, law, p, index, raw)
     }
 
+    fn contacts(&self) -> usize {
+        Predict::contacts(self)
+    }
+
     fn residuals(
         &self,
         law: &Law,
         p: &[f64],
         indices: &[usize],
+        memory: &Memory,
     ) -> Result<Vec<Vec<f64>>, GapError> {
-        Predict::residuals(self, law, p, indices)
+        Predict::residuals(self, law, p, indices, memory)
     }
 
     fn slopes(
@@ -230,8 +253,9 @@ impl<K: Predict> Predictor for K {
         p: &[LaneDual],
         varied: &Range<usize>,
         indices: &[usize],
+        memory: &Memory,
     ) -> Result<Vec<Vec<Sloped>>, GapError> {
-        Predict::slopes(self, law, p, varied, indices)
+        Predict::slopes(self, law, p, varied, indices, memory)
     }
 
     fn value_positions(&self, index: usize) -> Vec<usize> {

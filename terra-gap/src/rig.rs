@@ -17,6 +17,7 @@ use crate::abreast::{self, WORTH, in_groups, side_by_side};
 use crate::dataset::{ChannelInfo, DataSet};
 use crate::error::GapError;
 use crate::logs::of_log;
+use crate::memory::Memory;
 use crate::predictor::{Design, Predict, Sloped, varying};
 use crate::sensor;
 
@@ -312,6 +313,7 @@ impl Predict for RigPredictor {
         law: &Law,
         p: &[f64],
         indices: &[usize],
+        _memory: &Memory,
     ) -> Result<Vec<Vec<f64>>, GapError> {
         let in_lanes: Vec<Lanes> = p.iter().map(|&v| Lanes::from(v)).collect();
         in_groups(
@@ -329,6 +331,7 @@ impl Predict for RigPredictor {
         p: &[LaneDual],
         varied: &Range<usize>,
         indices: &[usize],
+        _memory: &Memory,
     ) -> Result<Vec<Vec<Sloped>>, GapError> {
         let together = |rows: &[usize]| {
             let of_lane = |residual: LaneDual, lane| Sloped::of_lane(&residual, lane);

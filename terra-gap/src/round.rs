@@ -11,7 +11,7 @@ use crate::candidates::Candidates;
 use crate::confirm::confirm_singles;
 use crate::dataset::DataSet;
 use crate::error::GapError;
-use crate::fit::{Fit, residual};
+use crate::fit::{Fit, backed, residual};
 use crate::forms::{EFFECT, MANOEUVRES};
 use crate::hypothesis::Hypothesis;
 use crate::latent::{Moved, recentre};
@@ -19,7 +19,7 @@ use crate::noise::{NoiseModel, Whitener};
 use crate::null::FAR;
 use crate::pairs::confirm_pairs;
 use crate::predictor::{AnyPredictor, Predictor};
-use crate::renewal::Before;
+use crate::renewal::{Before, hopeless};
 use crate::roughness;
 use crate::settings::{LogKind, Settings};
 use crate::setup::{Screened, Setup};
@@ -130,10 +130,13 @@ impl Round {
             }
         }
         let inherited = common.setup.inherited.as_ref();
-        let mut noise =
-            NoiseModel::propagate(data, &**now, &h, x)?.with(data, &**now, inherited)?;
-        let r = residual(data, &**now, &h, x)?;
-        roughness::add(&mut noise, data, common.setup.rover, &r);
+        let noise = backed(&[x.to_vec()], |ends| {
+            let noise = NoiseModel::propagate(data, &**now, &h, &ends[0])?;
+            let mut noise = noise.with(data, &**now, inherited)?;
+            let r = residual(data, &**now, &h, &ends[0])?;
+            roughness::add(&mut noise, data, common.setup.rover, &r);
+            Ok(noise)
+        })?;
         let at = h.effect_name();
         let common = Common {
             candidates: &self.candidates,
@@ -152,12 +155,15 @@ impl Round {
         }
         let near = self.null_weighed.chi2_per_value() < NEAR;
         let all = near || self.all().all(|w| w.chi2_per_value() >= NEAR);
-        let fitted = |name: &str| {
+        let best = self.best();
+        let contends =
+            |w: &Weighed| w.fitted && best.is_none_or(|best| !hopeless(&w.plain, &best.plain));
+        let in_the_contest = |name: &str| {
             let mut singles = self.singles.iter();
-            singles.any(|(k, w)| self.screen[*k].name == name && w.iter().any(|w| w.fitted))
+            singles.any(|(k, w)| self.screen[*k].name == name && w.iter().any(contends))
         };
         let mut forms = common.candidates.other_forms(&common.null.law);
-        forms.retain(|f| all || fitted(f.name()));
+        forms.retain(|f| all || in_the_contest(f.name()));
         forms
     }
 

@@ -12,7 +12,7 @@ use crate::fit::Fit;
 use crate::hypothesis::Hypothesis;
 use crate::parallel::for_each;
 use crate::predictor::Predictor;
-use crate::renewal::hopeless;
+use crate::renewal::{hopeless, hopeless_from};
 use crate::signatures::Asked;
 use crate::thin::Thin;
 
@@ -43,15 +43,24 @@ pub(crate) fn scout(
         .flatten()
         .collect();
     nearest(&mut found, CLOSER);
-    let closer = |rank: usize| {
-        let (k, ref far) = found[rank];
-        let h = null.with(Arc::clone(&asked[k])).ok()?;
-        Some((k, windows.let_go(predictor, &h, far).ok()?))
+    let closer = |(k, far): &(usize, Fit), bar: f64| {
+        let h = null.with(Arc::clone(&asked[*k])).ok()?;
+        Some((*k, windows.let_go(predictor, &h, far, bar).ok()?))
     };
-    let mut found: Vec<(usize, Fit)> = for_each(found.len(), closer)
-        .into_iter()
-        .flatten()
+    // The first tells from where the others are hopeless.
+    let mut ends: Vec<(usize, Fit)> = vec![];
+    let others = found.split_off(found.len().min(1));
+    ends.extend(found.first().and_then(|first| closer(first, f64::INFINITY)));
+    let bar = ends
+        .first()
+        .map_or(f64::INFINITY, |(_, first)| hopeless_from(first));
+    let others: Vec<&(usize, Fit)> = others
+        .iter()
+        .filter(|o| !windows.is_beyond(&o.1, bar))
         .collect();
+    let of_others = for_each(others.len(), |rank| closer(others[rank], bar));
+    ends.extend(of_others.into_iter().flatten());
+    let mut found = ends;
     nearest(&mut found, best);
     if let Some((_, first)) = found.first().cloned() {
         found.retain(|(_, fit)| !hopeless(fit, &first));

@@ -8,6 +8,7 @@ use terra_model::AnyEffect;
 use crate::dataset::DataSet;
 use crate::fit::{Fit, evaluate, evaluate_from};
 use crate::hypothesis::Hypothesis;
+use crate::memory::Memory;
 use crate::noise::Whitener;
 use crate::predictor::Predictor;
 use crate::screen::Tangent;
@@ -96,7 +97,7 @@ pub(crate) fn columns(
     }
     let mut at = x.to_vec();
     at.resize(together.len(), 0.0);
-    let all =
-        evaluate_from(data, predictor, &together, &at, base.len()).map_err(|e| e.to_string())?;
+    let all = evaluate_from(data, predictor, &together, &at, base.len(), &Memory::none())
+        .map_err(|e| e.to_string())?;
     Ok(whitener.apply(&all.jacobian.select_columns(&firsts)))
 }

@@ -9,6 +9,7 @@ use crate::fit::{Effort, Fit};
 use crate::predictor::Predictor;
 use crate::renewal::{hopeless, out};
 use crate::settings::LogKind;
+use crate::thin::Thin;
 use crate::weigh::{Amplitudes, Weighed, weigh};
 
 /// Prior sd that a soil parameter moves at most before a fit starts anew from the prior centre.
@@ -90,46 +91,64 @@ pub(crate) fn start_anew(
     best.par_iter_mut().for_each(|w| {
         let h = w.hypothesis.clone();
         let found = better_of(w.clone(), fresh_start(w, soil), |start, found| {
-            let windows = levels.thin.as_ref()?;
-            let near = windows.held_back(predictor, &h, start).ok()?;
-            let near = windows.let_go(predictor, &h, &near).ok()?;
-            weigh_elsewhere(data, predictor, levels, found, near.x.as_slice())
+            weigh_elsewhere(data, predictor, levels, found, |windows, misfit| {
+                let near = windows.held_back(predictor, &h, start).ok()?;
+                let beyond = windows.is_beyond(&near, misfit);
+                let let_go = || windows.let_go(predictor, &h, &near, misfit).ok();
+                if beyond { None } else { let_go() }
+            })
         });
         **w = found;
     });
 }
 
-/// Fits and weighs a rival of a drive once more from far away, unless the way down from there leads to where it was found.
-pub(crate) fn weigh_elsewhere(
+/// Weighs a rival of a drive once more where a way on few windows ends, unless that is where it was found or higher. `way` goes
+/// it, as long as a misfit per value is in reach.
+fn weigh_elsewhere(
     data: &DataSet,
     predictor: &dyn Predictor,
     amplitudes: &Amplitudes,
     found: &Weighed,
-    start: &[f64],
+    way: impl FnOnce(&Thin, f64) -> Option<Fit>,
 ) -> Option<Weighed> {
     let h = &found.hypothesis;
-    let starts = [start.to_vec()];
-    let weigh = |starts: &[Vec<f64>], effort| {
-        weigh(data, predictor, h, amplitudes, starts, None, effort).ok()
-    };
-    let Some(thin) = &amplitudes.thin else {
-        return weigh(&starts, Effort::Contest);
-    };
-    let other = thin.end(predictor, h, &starts, None).ok()?;
-    let known = thin.end(predictor, h, &[found.plain.x.as_slice().to_vec()], None);
-    if known.is_ok_and(|known| is_no_better(&other, &known)) {
+    let windows = amplitudes.thin.as_ref()?;
+    let known = windows.end(predictor, h, &[found.plain.x.as_slice().to_vec()], None);
+    let known = known.ok();
+    let other = way(windows, known.as_ref().map_or(f64::INFINITY, in_question))?;
+    if known.is_some_and(|known| is_no_better(&other, &known)) {
         return None;
     }
-    weigh(&[other.x.as_slice().to_vec()], Effort::Again)
+    let start = [other.x.as_slice().to_vec()];
+    weigh(data, predictor, h, amplitudes, &start, None, Effort::Again).ok()
+}
+
+/// The same from a start far away.
+pub(crate) fn weigh_from(
+    data: &DataSet,
+    predictor: &dyn Predictor,
+    amplitudes: &Amplitudes,
+    found: &Weighed,
+    start: Vec<f64>,
+) -> Option<Weighed> {
+    let h = &found.hypothesis;
+    weigh_elsewhere(data, predictor, amplitudes, found, |windows, misfit| {
+        windows.end_below(misfit, predictor, h, &[start], None).ok()
+    })
+}
+
+/// Misfit per value on few windows up to which another end may be the lower one on all of them.
+fn in_question(known: &Fit) -> f64 {
+    let values = known.residual.len().max(1) as f64;
+    // Far from the data few windows speak for all the less.
+    (known.cost + BEHIND * (known.cost / values).max(1.0)) / values
 }
 
 /// Whether a fit to few windows ended where another did, or at a cost too much higher to be the lower one on all of them.
 fn is_no_better(other: &Fit, known: &Fit) -> bool {
     let apart = &other.x - &known.x;
     let distance = (&known.jacobian * &apart).norm_squared() + apart.norm_squared();
-    // Far from the data few windows speak for all the less.
-    let misfit = known.cost / known.residual.len().max(1) as f64;
-    distance < SAME || other.cost > known.cost + BEHIND * misfit.max(1.0)
+    distance < SAME || other.cost > in_question(known) * known.residual.len() as f64
 }
 
 /// The best of a fit and those from other starts.

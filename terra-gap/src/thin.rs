@@ -12,6 +12,9 @@ use crate::predictor::Predictor;
 /// How many times the noise is taken larger where the prior is to hold the soil back: first, and on the way down.
 const LOOSE: [f64; 2] = [10.0, 3.0];
 
+/// |x|² of a soil and effects as far as they are believed: eight at two and a half prior sd.
+const FARTHEST_SOIL: f64 = 50.0;
+
 /// Some windows of a log with their noise.
 pub(crate) struct Thin {
     data: DataSet,
@@ -115,7 +118,7 @@ impl Thin {
         self.loosely(&self.loose[0], predictor, hypothesis, start)
     }
 
-    /// From where a fit that was held back ended down to the noise as it is.
+    /// From where a fit that was held back ended down to the noise as it is, given up where a misfit per value is out of reach.
     ///
     /// # Errors
     /// As [`held_back`](Self::held_back).
@@ -124,11 +127,21 @@ impl Thin {
         predictor: &dyn Predictor,
         hypothesis: &Hypothesis,
         held_back: &Fit,
+        misfit: f64,
     ) -> Result<Fit, GapError> {
         let start = held_back.x.as_slice().to_vec();
         let half_way = self.loosely(&self.loose[1], predictor, hypothesis, start)?;
         let start = half_way.x.as_slice().to_vec();
-        self.end(predictor, hypothesis, &[start], None)
+        self.end_below(misfit, predictor, hypothesis, &[start], None)
+    }
+
+    /// Whether a fit that was held back ended so high that letting it go leads to no such misfit per value.
+    ///
+    /// With the noise L times larger the least of |r|²/L² + |x|² is c: with the noise as it is no x of a smaller norm than
+    /// the prior's leaves less than L² (c - |x|²).
+    pub(crate) fn is_beyond(&self, held_back: &Fit, misfit: f64) -> bool {
+        let least = LOOSE[0] * LOOSE[0] * (held_back.cost - FARTHEST_SOIL);
+        least > misfit * self.data.len() as f64
     }
 
     fn loosely(

@@ -3,6 +3,8 @@
 //! On a rig every wheel law is wrong by some percent of the load, so a discrepancy of bounded amplitude stands inside
 //! every hypothesis, none included: amplitudes .003 .01 .03 .1 of the channel's scale with weights .4 .3 .2 .1.
 
+use std::sync::Arc;
+
 use nalgebra::DMatrix;
 
 use crate::dataset::DataSet;
@@ -38,15 +40,16 @@ pub(crate) fn unknown_amplitudes(kind: LogKind) -> &'static [f64] {
 }
 
 /// Whiteners of one noise model at every amplitude.
+#[derive(Clone)]
 pub(crate) struct Amplitudes {
     /// Amplitude, ln weight, whitener.
-    levels: Vec<(f64, f64, Whitener)>,
+    levels: Arc<Vec<(f64, f64, Whitener)>>,
     /// Noise without any discrepancy.
-    plain: Whitener,
+    plain: Arc<Whitener>,
     /// Windows to look around on, in a drive.
-    pub(crate) scout: Option<Thin>,
+    pub(crate) scout: Option<Arc<Thin>>,
     /// Where a drive's fits from far begin.
-    pub(crate) thin: Option<Thin>,
+    pub(crate) thin: Option<Arc<Thin>>,
     /// Misfit per value from which a drive's rival is hopeless.
     hopeless_from: f64,
 }
@@ -61,28 +64,26 @@ impl Amplitudes {
             .iter()
             .map(|&(a, w)| Ok((a, f64::ln(w), noise.whitener_with_discrepancy(data, a)?)))
             .collect::<Result<_, GapError>>()?;
+        let thin = |least: usize| match kind {
+            LogKind::Drive => Thin::new(data, noise, least).map(|thin| Some(Arc::new(thin))),
+            LogKind::Rig | LogKind::Kinematic => Ok(None),
+        };
         Ok(Amplitudes {
-            levels,
-            plain: noise.whitener(data)?,
-            scout: match kind {
-                LogKind::Drive => Some(Thin::new(data, noise, Thin::SCOUT)?),
-                LogKind::Rig | LogKind::Kinematic => None,
-            },
-            thin: match kind {
-                LogKind::Drive => Some(Thin::new(data, noise, Thin::WAY)?),
-                LogKind::Rig | LogKind::Kinematic => None,
-            },
+            levels: Arc::new(levels),
+            plain: Arc::new(noise.whitener(data)?),
+            scout: thin(Thin::SCOUT)?,
+            thin: thin(Thin::WAY)?,
             hopeless_from: f64::INFINITY,
         })
     }
 
-    /// The same for rivals of an explanation of a drive that was found under another noise: ways that end hopelessly far behind it
-    /// are only gone on few windows.
-    pub(crate) fn against(mut self, known: Option<&Weighed>) -> Self {
+    /// The same for rivals of an explanation of a drive: ways that end hopelessly far behind it are only gone on few windows.
+    pub(crate) fn against(&self, known: Option<&Weighed>) -> Self {
+        let mut out = self.clone();
         if let Some(known) = known.filter(|_| self.thin.is_some()) {
-            self.hopeless_from = hopeless_from(&known.plain);
+            out.hopeless_from = out.hopeless_from.min(hopeless_from(&known.plain));
         }
-        self
+        out
     }
 }
 

@@ -148,6 +148,9 @@ pub struct Contact<T> {
     pub time: T,
     /// What effects changed inside the stress integral.
     pub hooks: Hooks<T>,
+    /// Entry angle \[rad\] of the same contact a little elsewhere, where a search for it may begin. Forces do not depend on it but
+    /// for less than the model's tolerance.
+    pub near: Option<T>,
 }
 
 impl<T: Real> Contact<T> {
@@ -169,6 +172,7 @@ impl<T: Real> Contact<T> {
             wheelbase: zero,
             time: zero,
             hooks: Hooks::neutral(),
+            near: None,
         }
     }
 }
@@ -198,6 +202,7 @@ impl<T: Real> Contact<T> {
             wheelbase: f(self.wheelbase),
             time: f(self.time),
             hooks: self.hooks.map(f),
+            near: self.near.map(f),
         }
     }
 }

@@ -170,6 +170,17 @@ impl<P: Root> Search<P> {
         }
     }
 
+    /// ln θ1 near the root of a moment ago, when slip, load or soil were a little different. None where another root may have come
+    /// before it since: then it takes [`root`](Self::root).
+    #[inline]
+    pub(crate) fn root_near(&self, last: P, load_at: impl Fn(P) -> (P, P)) -> Option<Found<P>> {
+        let top = P::from(MAX_ENTRY_ANGLE.ln());
+        let found = self.between(last, top, &load_at).ok()?;
+        let only_one = !self.rises_to.any_lt(found.ln_angle.exp());
+        let still = !P::from(STILL).any_lt((found.ln_angle - last).abs()) && found.is_usual();
+        (only_one || still || self.is_sound(&found, &load_at)).then_some(found)
+    }
+
     /// True where the load grows well at a root and wherever it is glanced at below.
     fn is_sound(&self, root: &Found<P>, load_at: impl Fn(P) -> (P, P)) -> bool {
         let angle = root.ln_angle.exp();
@@ -335,6 +346,10 @@ const FLAT: f64 = 0.25;
 const GLANCES: [f64; 3] = [0.8, 0.5, 0.2];
 /// d ln W / d ln θ1 from which it is: on its way to a fold the load grows more and more slowly over tens of degrees.
 const SOUND: f64 = 0.8;
+
+/// Change of ln θ1 within which a root where the load grows well stays the first: on its way to a fold the load grows more and more
+/// slowly over tens of degrees.
+const STILL: f64 = 0.02;
 
 /// Roots beyond are always searched below: a wheel that is sunk so deep turns its rim through much of the shear law, and folds
 /// there may be narrow \[rad\].

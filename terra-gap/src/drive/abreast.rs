@@ -4,10 +4,11 @@ use std::ops::Range;
 
 use terra_model::{LaneDual, Lanes, Law, Scalar, Vector};
 
-use super::{DrivePredictor, Given, RAW, SPEED, VALUES, WHEEL, Window, YAW_RATE};
+use super::{DrivePredictor, Entries, Given, NODES, RAW, SPEED, VALUES, WHEEL, Window, YAW_RATE};
 use crate::abreast::{self, WORTH, in_groups, side_by_side};
 use crate::error::GapError;
 use crate::logs::of_log;
+use crate::memory::Memory;
 use crate::predictor::{Predictor, Sloped, varying};
 
 /// What windows of one group have in common.
@@ -45,13 +46,25 @@ pub(super) fn residuals(
     law: &Law,
     p: &[f64],
     indices: &[usize],
+    memory: &Memory,
 ) -> Result<Vec<Vec<f64>>, GapError> {
     let in_lanes: Vec<Lanes> = p.iter().map(|&v| Lanes::from(v)).collect();
     in_groups(
         indices,
         |i| Kind::of(predictor, &predictor.windows[i]),
         WORTH,
-        |windows| together(predictor, law, &in_lanes, windows, |_, x| x, Lanes::lane),
+        |windows| {
+            let of_lane = Lanes::lane;
+            together(
+                predictor,
+                law,
+                &in_lanes,
+                windows,
+                |_, x| x,
+                of_lane,
+                memory,
+            )
+        },
         |i| predictor.residual(law, p, i, &predictor.raw(i)),
     )
 }
@@ -66,11 +79,12 @@ pub(super) fn slopes(
     p: &[LaneDual],
     varied: &Range<usize>,
     indices: &[usize],
+    memory: &Memory,
 ) -> Result<Vec<Vec<Sloped>>, GapError> {
     let together = |windows: &[usize]| {
         let of_lane = |residual: LaneDual, lane| Sloped::of_lane(&residual, lane);
         let raw = |k, x| varying(k, x, varied);
-        together(predictor, law, p, windows, raw, of_lane)
+        together(predictor, law, p, windows, raw, of_lane, memory)
     };
     in_groups(
         indices,
@@ -107,7 +121,9 @@ fn together<T: Scalar<Primal = Lanes>, A>(
     windows: &[usize],
     raw: impl Fn(usize, Lanes) -> T,
     of_lane: impl Fn(T, usize) -> A,
+    memory: &Memory,
 ) -> Result<Vec<Vec<A>>, GapError> {
+    let indices = windows;
     let windows: Vec<&Window> = windows.iter().map(|&i| &predictor.windows[i]).collect();
     let first = windows[0];
     let gather = |of: &dyn Fn(&Window) -> f64| side_by_side(&windows, |w| of(w));
@@ -126,13 +142,43 @@ fn together<T: Scalar<Primal = Lanes>, A>(
     let raw: [T; RAW] = std::array::from_fn(|k| raw(k, gather(&|w| w.raw[k])));
     let p = &*of_log(law, p, predictor.soils, first.log);
     let offsets = (0..first.nodes.len()).map(|k| lift(&|w| w.nodes[k]));
-    let predicted = predictor.mean_readings(law, p, &given, &raw, offsets)?;
+    let mut near = remembered(indices, memory);
+    let predicted = predictor.mean_readings(law, p, &given, &raw, offsets, &mut near)?;
+    remember(indices, &near, memory);
     let residual: [T; VALUES] = std::array::from_fn(|k| raw[k] - predicted[k]);
     let of_window = |(lane, window): (usize, &&Window)| {
         let each = window.measured.iter();
         each.map(|&k| of_lane(residual[k], lane)).collect()
     };
     Ok(windows.iter().enumerate().map(of_window).collect())
+}
+
+/// Place of a wheel's contact in a memory.
+fn contact(window: usize, node: usize, wheel: usize) -> usize {
+    (window * NODES + node) * 4 + wheel
+}
+
+/// The entry angles of windows side by side, where all of them are known.
+fn remembered(windows: &[usize], memory: &Memory) -> [Entries<Lanes>; NODES] {
+    let known = |node: usize, wheel: usize| {
+        let of = |&window: &usize| memory.get(contact(window, node, wheel));
+        let all: Option<Vec<f64>> = windows.iter().map(of).collect();
+        all.map(|all| side_by_side(&all, |entry| *entry))
+    };
+    std::array::from_fn(|node| std::array::from_fn(|wheel| known(node, wheel)))
+}
+
+/// Keeps them.
+fn remember(windows: &[usize], found: &[Entries<Lanes>; NODES], memory: &Memory) {
+    for (node, wheels) in found.iter().enumerate() {
+        for (wheel, entries) in wheels.iter().enumerate() {
+            for (lane, &window) in windows.iter().enumerate() {
+                if let Some(entries) = entries {
+                    memory.keep(contact(window, node, wheel), entries.lane(lane));
+                }
+            }
+        }
+    }
 }
 
 #[cfg(test)]
@@ -186,7 +232,9 @@ mod tests {
             let effects = effects.iter().map(|n| registry.effect(n).unwrap());
             let law = law.with_effects(effects).unwrap();
             let p = [&soil[..], &magnitudes].concat();
-            let abreast = predictor.residuals(&law, &p, &indices).unwrap();
+            let abreast = predictor
+                .residuals(&law, &p, &indices, &Memory::none())
+                .unwrap();
             for (&i, found) in indices.iter().zip(&abreast) {
                 let alone = predictor.residual(&law, &p, i, &predictor.raw(i)).unwrap();
                 for (a, b) in found.iter().zip(&alone) {

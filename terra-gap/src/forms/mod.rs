@@ -20,6 +20,7 @@ use terra_model::order::{ascending, descending};
 use crate::dataset::DataSet;
 use crate::fit::{Fit, evaluate_from};
 use crate::hypothesis::Hypothesis;
+use crate::memory::Memory;
 use crate::noise::Whitener;
 use crate::parallel::for_each;
 use crate::predictor::Predictor;
@@ -114,7 +115,7 @@ impl Reshaped {
         let mut at = fit.x.as_slice().to_vec();
         at.resize(h.len(), 0.0);
         let (data, predictor) = (ground.data, ground.predictor);
-        let columns = evaluate_from(data, predictor, &h, &at, fit.x.len()).ok()?;
+        let columns = evaluate_from(data, predictor, &h, &at, fit.x.len(), &Memory::none()).ok()?;
         let columns = ground.whitener.apply(&columns.jacobian);
         let mut left: Vec<(Term, DVector<f64>)> = others
             .into_iter()

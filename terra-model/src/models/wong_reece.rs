@@ -39,6 +39,7 @@ use crate::param::Param;
 use crate::real::{Real, Root};
 use crate::root::MAX_ENTRY_ANGLE;
 use crate::stress::StressField;
+use solve::Start;
 use wheel::{Integrals, Wheel};
 
 /// Nodes a piece in the first steps of the iteration, and in the last.
@@ -132,7 +133,7 @@ impl WongReece {
         let (entry, integrals) = if wheel.lateral.is_some() {
             solve::rare::<f64, COARSE, FINE>(&wheel, at)?
         } else {
-            let start = Some(entry_angle.ln());
+            let start = Start::From(entry_angle.ln());
             solve::balance::<f64, COARSE, FINE>(&wheel, at, start)?
         };
         Ok(Self::named(&wheel, at, entry, integrals))
@@ -151,9 +152,9 @@ impl WongReece {
         let wheel = Self::wheel(p, at)?;
         let (entry, integrals) = match accuracy {
             _ if wheel.lateral.is_some() => solve::rare::<f64, COARSE, FINE>(&wheel, at)?,
-            Accuracy::Default => solve::balance::<f64, 8, 8>(&wheel, at, None)?,
-            Accuracy::Fine => solve::balance::<f64, COARSE, FINE>(&wheel, at, None)?,
-            Accuracy::Reference => solve::balance::<f64, 8, 24>(&wheel, at, None)?,
+            Accuracy::Default => solve::balance::<f64, 8, 8>(&wheel, at, Start::Guess)?,
+            Accuracy::Fine => solve::balance::<f64, COARSE, FINE>(&wheel, at, Start::Guess)?,
+            Accuracy::Reference => solve::balance::<f64, 8, 24>(&wheel, at, Start::Guess)?,
         };
         Ok(Self::named(&wheel, at, entry, integrals))
     }
@@ -173,7 +174,7 @@ impl WongReece {
         if wheel.lateral.is_some() {
             return solve::rare::<T, COARSE, FINE>(wheel, at);
         }
-        solve::balance::<T, COARSE, FINE>(wheel, at, None)
+        solve::balance::<T, COARSE, FINE>(wheel, at, Start::Guess)
     }
 }
 

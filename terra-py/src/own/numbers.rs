@@ -214,6 +214,7 @@ pub(super) fn contact<T: Real>(n: [T; 24], lateral_slip: Option<T>) -> terra_mod
             layer_stiffness,
             lateral_slip,
         },
+        near: None,
     }
 }
 

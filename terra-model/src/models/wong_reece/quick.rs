@@ -1,5 +1,6 @@
 //! The same law of contacts side by side at half the cost, to 1e-7: for fits, whose data know forces to a hundredth.
 
+use super::solve::Start;
 use super::wheel::Integrals;
 use super::{COARSE, WongReece, solve};
 use crate::contact::{Contact, Hook};
@@ -41,9 +42,9 @@ impl TerrainModel for Quick {
         let (entry, integrals): (T, Integrals<T>) = if wheel.lateral.is_some() {
             solve::rare::<T, COARSE, LAST>(&wheel, at)?
         } else if wheel.braking {
-            solve::balance::<T, BRAKED, LAST>(&wheel, at, None)?
+            solve::balance::<T, BRAKED, LAST>(&wheel, at, Start::of(at))?
         } else {
-            solve::balance::<T, SHORT, LAST>(&wheel, at, None)?
+            solve::balance::<T, SHORT, LAST>(&wheel, at, Start::of(at))?
         };
         Ok(WongReece::named(&wheel, at, entry, integrals))
     }

@@ -39,18 +39,36 @@ pub(super) fn load<P: Root, const ORDER: usize>(wheel: &Wheel<P>, entry: P) -> P
     carried * wheel.radius * wheel.width
 }
 
+/// Where a search for ln θ1 begins.
+#[derive(Clone, Copy)]
+pub(super) enum Start<P> {
+    /// At what the soil without shear stress would carry.
+    Guess,
+    /// At that of a nearby contact.
+    From(P),
+    /// At that of this very contact a little elsewhere, where it was the first that balances.
+    Near(P),
+}
+
+impl<P: Root> Start<P> {
+    /// Near what a contact remembers.
+    pub(super) fn of<T: Real<Primal = P>>(at: &Contact<T>) -> Self {
+        at.near
+            .map_or(Start::Guess, |entry| Start::Near(entry.primal().ln()))
+    }
+}
+
 /// An entry angle and the sums there.
 type Evaluated<P> = (P, Sums<<P as Root>::Nodes>);
 
-/// Iterates in the primal with a rule of `FINE` nodes after one of `COARSE`, from ln θ1 of a nearby contact where there is
-/// one.
+/// Iterates in the primal with a rule of `FINE` nodes after one of `COARSE`.
 ///
 /// `then` gets the entry angle, the integrals there, and the rule that gave them, which is too large to be handed on.
 fn iterate<P: Root, const COARSE: usize, const FINE: usize, R>(
     primal: &Wheel<P>,
     load: P,
     slip: P,
-    warm: Option<P>,
+    from: Start<P>,
     then: impl FnOnce(P, Integrals<P>, &Integrator<'_, P, FINE>) -> R,
 ) -> Result<R, ModelError> {
     let area = primal.radius * primal.width;
@@ -67,20 +85,27 @@ fn iterate<P: Root, const COARSE: usize, const FINE: usize, R>(
         tolerance: if primal.braking { HANDOVER } else { handover },
         feasible: false,
     };
-    let mut start = match warm {
-        Some(ln_entry) => ln_entry,
-        None => primal
-            .ground
+    let guess = || {
+        let ground = &primal.ground;
+        ground
             .compaction_guess(load, primal.radius, primal.width)
-            .ln(),
+            .ln()
     };
     let coarse = Integrator::<P, COARSE>::new(primal, stress);
     let times_area = |(w, slope): (P, P)| (w * area, slope * area);
-    let near = search.root(
-        start,
-        |entry| times_area(coarse.at(entry).load(entry)),
-        |entry| times_area(coarse.roughly_at(entry).load(entry)),
-    );
+    let roughly = |entry| times_area(coarse.roughly_at(entry).load(entry));
+    let anew = |start| {
+        let carried = |entry| times_area(coarse.at(entry).load(entry));
+        (start, search.root(start, carried, roughly))
+    };
+    let (mut start, near) = match from {
+        Start::Guess => anew(guess()),
+        Start::From(ln_entry) => anew(ln_entry),
+        Start::Near(last) => match search.root_near(last, roughly) {
+            Some(near) => (last, Ok(near)),
+            None => anew(guess()),
+        },
+    };
     search.tolerance = if primal.braking { BRAKING } else { driving };
     // Whether there is an equilibrium is the longer rule's to say.
     if let Ok(near) = near {
@@ -126,11 +151,11 @@ fn iterate<P: Root, const COARSE: usize, const FINE: usize, R>(
 pub(super) fn balance<T: Real, const COARSE: usize, const FINE: usize>(
     wheel: &Wheel<T>,
     at: &Contact<T>,
-    warm: Option<T::Primal>,
+    from: Start<T::Primal>,
 ) -> Result<(T, Integrals<T>), ModelError> {
     let primal = wheel.map(T::primal);
     let (load, slip) = (at.normal_load.primal(), at.slip.primal());
-    iterate::<T::Primal, COARSE, FINE, _>(&primal, load, slip, warm, |entry, integrals, fine| {
+    iterate::<T::Primal, COARSE, FINE, _>(&primal, load, slip, from, |entry, integrals, fine| {
         if is_plain::<T>() {
             return (T::from_primal(entry), integrals.map(T::from_primal));
         }
@@ -145,7 +170,7 @@ pub(super) fn partials<const COARSE: usize, const FINE: usize>(
     at: &Contact<f64>,
 ) -> Result<(f64, Integrals<f64>, Partials<f64>), ModelError> {
     let (load, slip) = (at.normal_load, at.slip);
-    iterate::<f64, COARSE, FINE, _>(wheel, load, slip, None, |entry, integrals, fine| {
+    iterate::<f64, COARSE, FINE, _>(wheel, load, slip, Start::Guess, |entry, integrals, fine| {
         (entry, integrals, fine.partials(entry))
     })
 }
@@ -158,8 +183,9 @@ pub(super) fn rare<T: Real, const COARSE: usize, const FINE: usize>(
     type Tangent<T> = <<T as Real>::Primal as Root>::Tangent;
     let primal = wheel.map(T::primal);
     let (load, slip) = (at.normal_load.primal(), at.slip.primal());
+    let from = Start::of(at);
     let entry =
-        iterate::<T::Primal, COARSE, FINE, _>(&primal, load, slip, None, |entry, _, _| entry)?;
+        iterate::<T::Primal, COARSE, FINE, _>(&primal, load, slip, from, |entry, _, _| entry)?;
     let tangent: Wheel<Tangent<T>> = primal.map(Tangent::<T>::from_primal);
     // One in the logarithm is the angle itself.
     let seeded = Tangent::<T>::from_primal(entry) * (T::Primal::zero().seed() + 1.0);
