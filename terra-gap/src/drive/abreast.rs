@@ -235,6 +235,17 @@ mod tests {
             let abreast = predictor
                 .residuals(&law, &p, &indices, &Memory::none())
                 .unwrap();
+            // What a fit remembers from nearby changes nothing but the last digits.
+            let memory = Memory::of(predictor.contacts());
+            let nearby: Vec<f64> = p.iter().map(|v| 1.02 * v).collect();
+            for at in [&nearby, &p] {
+                let again = predictor.residuals(&law, at, &indices, &memory).unwrap();
+                let anew = predictor.residuals(&law, at, &indices, &Memory::none());
+                let both = again.concat().into_iter().zip(anew.unwrap().concat());
+                for (a, b) in both {
+                    assert!((a - b).abs() < 1e-6 * (1.0 + b.abs()), "{model}: {a} {b}");
+                }
+            }
             for (&i, found) in indices.iter().zip(&abreast) {
                 let alone = predictor.residual(&law, &p, i, &predictor.raw(i)).unwrap();
                 for (a, b) in found.iter().zip(&alone) {
