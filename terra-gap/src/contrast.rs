@@ -13,6 +13,7 @@
 //! determines soil and form, the covariance P of that fit, is part of the real log's noise: G P G', G the values' slopes.
 //! So is what no such error follows: where the misfit to the simulator's log is more than noise, the noise is that much larger.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use terra_data::Rover;
@@ -139,6 +140,10 @@ pub struct Baseline {
     pub form_error: [f64; 3],
     /// False: the soil may have changed between the logs, and `soil-change` competes.
     pub same_soil: bool,
+    /// Rows of that log that were not used, by reason.
+    pub dropped: BTreeMap<String, usize>,
+    /// What was noted of it and of the fit to it.
+    pub notes: Vec<String>,
 }
 
 /// The nominal simulator made like the outside one, with its rivals on the real log.
@@ -194,6 +199,8 @@ pub(crate) fn against<'a>(
         values: data.len(),
         form_error: form_error(&law, &p),
         same_soil,
+        dropped: data.dropped,
+        notes: data.notes,
     };
     let whole = around(&law, &p, rover, 1.0, OTHER_FORM)?;
     let narrow = around(&law, &p, rover, SAME_SOIL, 0.0)?;
@@ -209,7 +216,7 @@ pub(crate) fn against<'a>(
     let covariance = posterior(&null, &fit).covariance;
     // Each number that the data determine takes one value's misfit away.
     let determined = fit.x.len() as f64 - covariance.trace();
-    let excess = (fit.chi2() / (data.len() as f64 - determined)).max(1.0);
+    let excess = (fit.chi2() / (baseline.values as f64 - determined)).max(1.0);
     let root =
         covariance
             .cholesky()

@@ -188,7 +188,8 @@ pub(crate) fn diagnose(
     let mut ranking = answers.rank(&calibration);
     let mut decision = decide(&ranking, &rivals.null_weighed, setup.kind, &calibration);
 
-    let raw_null = residual_at_end(&data, predictor, null, fitted.x.as_slice())?;
+    let what = "rms and places of the gap";
+    let raw_null = residual_at_end(&mut data, predictor, null, fitted.x.as_slice(), what)?;
     let rms = channel_rms(&data, raw_null.as_slice());
     let found = places(&data, fitted, raw_null.as_slice());
     let (mut held, mut remainder, mut after, mut doubt) = (None, vec![], None, None);
@@ -205,7 +206,8 @@ pub(crate) fn diagnose(
         let closed = found.closed.map(|c| c.mean).filter(|c| *c < asked);
         doubt = closed.filter(|_| h.effects().len() > 1);
         held = Some(found);
-        let raw = residual_at_end(&data, predictor, h, f.x.as_slice())?;
+        let what = "places of what remains";
+        let raw = residual_at_end(&mut data, predictor, h, f.x.as_slice(), what)?;
         remainder = places(&data, f, raw.as_slice());
         after = Some(f.chi2() / n);
     }

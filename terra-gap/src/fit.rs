@@ -216,40 +216,54 @@ pub(crate) fn fit_near(
 /// edge of what it carries is no start under another noise, or at other inputs.
 const BACK: [f64; 4] = [1.0, 0.999, 0.99, 0.9];
 
-/// The answer from the starts as they are, or from as far back towards the prior centre as it takes.
+/// The answer from the starts as they are, or from as far back towards the prior centre as it takes; with the share of the starts
+/// that it was found at.
 ///
 /// # Errors
 /// Of the starts as they are, where the model has no answer at any of these; others at once.
 pub(crate) fn backed<A>(
     starts: &[Vec<f64>],
     mut from: impl FnMut(&[Vec<f64>]) -> Result<A, GapError>,
-) -> Result<A, GapError> {
+) -> Result<(A, f64), GapError> {
     let mut error = None;
     for share in BACK {
         let nearer = |start: &Vec<f64>| start.iter().map(|x| share * x).collect();
         let nearer: Vec<Vec<f64>> = starts.iter().map(nearer).collect();
         match from(&nearer) {
             Err(e @ GapError::Model(_)) => error = error.or(Some(e)),
-            answer => return answer,
+            answer => return Ok((answer?, share)),
         }
     }
     Err(error.unwrap_or_else(|| GapError::Soil("a fit without a start".to_owned())))
 }
 
+/// What is said of an answer that was found at a share of the end it was asked at.
+pub(crate) fn note_of_edge(what: &str, share: f64) -> Option<String> {
+    (share < 1.0).then(|| {
+        format!(
+            "{what}: taken {:.1} % of the way back to the prior centre, as the soil only just carries the vehicle",
+            100.0 * (1.0 - share)
+        )
+    })
+}
+
 /// Residual of all observations at the end of a fit, not whitened. At the edge of what the soil carries two rules of integration may
-/// differ about whether it does: then as far back as it takes.
+/// differ about whether it does: then as far back as it takes, which the data set notes.
 ///
 /// # Errors
 /// Where the model has no answer there either.
 pub(crate) fn residual_at_end(
-    data: &DataSet,
+    data: &mut DataSet,
     predictor: &dyn Predictor,
     hypothesis: &Hypothesis,
     end: &[f64],
+    what: &str,
 ) -> Result<DVector<f64>, GapError> {
-    backed(&[end.to_vec()], |ends| {
+    let (found, share) = backed(&[end.to_vec()], |ends| {
         residual(data, predictor, hypothesis, &ends[0])
-    })
+    })?;
+    data.notes.extend(note_of_edge(what, share));
+    Ok(found)
 }
 
 /// The best of several starts: the given ones that can be evaluated, or all of them a little nearer to the prior centre where none
@@ -284,6 +298,8 @@ pub(crate) fn fit_from(
             error.unwrap_or_else(|| GapError::Soil("a fit without a start".to_owned()))
         })
     })
+    // Where a fit begins changes nothing that is told.
+    .map(|(fit, _)| fit)
 }
 
 #[cfg(test)]
@@ -292,7 +308,53 @@ mod tests {
 
     use super::*;
 
-    /// A start just beyond what the soil carries begins a thousandth nearer; one far beyond says why; other errors stay.
+    /// On a straight problem the promise is all that is left to gain: the cost there less the least, which the normal equations
+    /// give. A component that a bound holds promises nothing.
+    #[test]
+    fn the_promise_of_a_straight_problem_is_kept() {
+        let slopes = DMatrix::from_row_slice(3, 2, &[1.0, 0.5, -0.3, 2.0, 0.7, 0.1]);
+        let measured = DVector::from_vec(vec![2.0, -1.0, 0.5]);
+        let at = |x: DVector<f64>, bounded: bool| {
+            let residual = &measured - &slopes * &x;
+            let cost = residual.norm_squared() + x.norm_squared();
+            Fit {
+                x,
+                residual,
+                jacobian: slopes.clone(),
+                cost,
+                converged: false,
+                given_up: false,
+                log_det: 0.0,
+                at_bound: vec![false, bounded],
+            }
+        };
+        let curvature = slopes.tr_mul(&slopes) + DMatrix::identity(2, 2);
+        let least = curvature
+            .cholesky()
+            .unwrap()
+            .solve(&slopes.tr_mul(&measured));
+        let least = at(least, false);
+        assert!(least.promise().abs() < 1e-12, "{}", least.promise());
+        let short = at(DVector::from_vec(vec![0.2, 0.4]), false);
+        let gain = short.cost - least.cost;
+        assert!(
+            (short.promise() / gain - 1.0).abs() < 1e-12,
+            "{} {gain}",
+            short.promise()
+        );
+        // With the second component held: the least along the first alone.
+        let held = at(DVector::from_vec(vec![0.2, 0.4]), true);
+        let first = slopes.column(0);
+        let pull = first.dot(&held.residual) - held.x[0];
+        let gain = pull * pull / (first.norm_squared() + 1.0);
+        assert!(
+            (held.promise() / gain - 1.0).abs() < 1e-12,
+            "{} {gain}",
+            held.promise()
+        );
+    }
+
+    /// A start just beyond what the soil carries begins a thousandth nearer and says so; one far beyond says why; other errors stay.
     #[test]
     fn a_start_at_the_edge_steps_back() {
         let carried = |starts: &[Vec<f64>]| {
@@ -305,15 +367,22 @@ mod tests {
             }))
         };
         let from = |x: f64| backed(&[vec![x, 1.0]], carried);
-        assert_eq!(from(1.9).unwrap(), [1.9, 1.0]);
-        assert_eq!(from(2.001).unwrap(), [0.999 * 2.001, 0.999]);
+        let (as_it_is, share) = from(1.9).unwrap();
+        assert_eq!(
+            (as_it_is, note_of_edge("rms", share)),
+            (vec![1.9, 1.0], None)
+        );
+        let (nearer, share) = from(2.001).unwrap();
+        assert_eq!(nearer, [0.999 * 2.001, 0.999]);
+        let note = note_of_edge("rms", share).unwrap();
+        assert!(note.starts_with("rms: taken 0.1 %"), "{note}");
         let refused = from(3.0).unwrap_err();
         assert!(matches!(
             refused,
             GapError::Model(ModelError::NoEquilibrium { load, .. }) if load == 3.0
         ));
         let mut asked = 0;
-        let other: Result<(), _> = backed(&[vec![3.0]], |_| {
+        let other: Result<((), f64), _> = backed(&[vec![3.0]], |_| {
             asked += 1;
             Err(GapError::Soil("no soil".to_owned()))
         });

@@ -11,7 +11,7 @@ use crate::candidates::Candidates;
 use crate::confirm::confirm_singles;
 use crate::dataset::DataSet;
 use crate::error::GapError;
-use crate::fit::{Fit, backed, residual};
+use crate::fit::{Fit, backed, note_of_edge, residual};
 use crate::forms::{EFFECT, MANOEUVRES};
 use crate::hypothesis::Hypothesis;
 use crate::latent::{Moved, recentre};
@@ -31,6 +31,8 @@ use crate::weigh::{Amplitudes, NEAR, Weighed, again, weigh};
 const RENEW_FROM: f64 = 20.0;
 /// Misfit per value of the best single cause from which a second one is asked for before the noise is renewed.
 const PAIRS_FROM: f64 = 3.0;
+/// What the noise is called where it is not taken at the end of the explanation's fit.
+const OWN_NOISE: &str = "noise by the best explanation";
 /// How often.
 const RENEWALS: usize = 2;
 
@@ -130,13 +132,15 @@ impl Round {
             }
         }
         let inherited = common.setup.inherited.as_ref();
-        let noise = backed(&[x.to_vec()], |ends| {
+        data.notes.retain(|n| !n.starts_with(OWN_NOISE));
+        let (noise, share) = backed(&[x.to_vec()], |ends| {
             let noise = NoiseModel::propagate(data, &**now, &h, &ends[0])?;
             let mut noise = noise.with(data, &**now, inherited)?;
             let r = residual(data, &**now, &h, &ends[0])?;
             roughness::add(&mut noise, data, common.setup.rover, &r);
             Ok(noise)
         })?;
+        data.notes.extend(note_of_edge(OWN_NOISE, share));
         let at = h.effect_name();
         let common = Common {
             candidates: &self.candidates,

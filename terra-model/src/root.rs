@@ -177,8 +177,7 @@ impl<P: Root> Search<P> {
         let top = P::from(MAX_ENTRY_ANGLE.ln());
         let found = self.between(last, top, &load_at).ok()?;
         let only_one = !self.rises_to.any_lt(found.ln_angle.exp());
-        let still = !P::from(STILL).any_lt((found.ln_angle - last).abs()) && found.is_usual();
-        (only_one || still || self.is_sound(&found, &load_at)).then_some(found)
+        (only_one || self.is_sound(&found, &load_at)).then_some(found)
     }
 
     /// True where the load grows well at a root and wherever it is glanced at below.
@@ -346,10 +345,6 @@ const FLAT: f64 = 0.25;
 const GLANCES: [f64; 3] = [0.8, 0.5, 0.2];
 /// d ln W / d ln θ1 from which it is: on its way to a fold the load grows more and more slowly over tens of degrees.
 const SOUND: f64 = 0.8;
-
-/// Change of ln θ1 within which a root where the load grows well stays the first: on its way to a fold the load grows more and more
-/// slowly over tens of degrees.
-const STILL: f64 = 0.02;
 
 /// Roots beyond are always searched below: a wheel that is sunk so deep turns its rim through much of the shear law, and folds
 /// there may be narrow \[rad\].

@@ -6,35 +6,51 @@ use terra_model::{Contact, ForceLaw, Lanes, ModelError, Registry, Vector};
 const R: f64 = 0.254;
 const B: f64 = 0.15;
 
+/// Numbers that look random, the same in every run.
+struct Draws(u64);
+
+impl Draws {
+    const fn new() -> Self {
+        Draws(0x9e37_79b9_7f4a_7c15)
+    }
+
+    fn uniform(&mut self, low: f64, high: f64) -> f64 {
+        // The upper bits of a congruential generator.
+        self.0 = (self.0)
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        low + (high - low) * (self.0 >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    /// A soil and a braked wheel on it, at times with a hump of the shear curve or a rear contact.
+    fn braked_wheel(&mut self) -> ([f64; 8], Contact<f64>) {
+        let p = [
+            0.0,
+            self.uniform(8.0, 15.0).exp(),
+            self.uniform(0.2, 1.4),
+            self.uniform(0.0, 20_000.0),
+            self.uniform(0.1, 0.7),
+            self.uniform(-5.5, -3.0).exp(),
+            self.uniform(0.1, 0.6),
+            self.uniform(0.0, 0.3),
+        ];
+        let mut at = Contact::new(self.uniform(-0.9, -0.02), self.uniform(60.0, 900.0), R, B);
+        at.hooks.shear_hump = self.uniform(-1.5, 1.5).max(0.0);
+        at.hooks.exit_ratio = self.uniform(-0.5, 0.5).max(0.0);
+        (p, at)
+    }
+}
+
 /// Braked wheels on random soils, with humps of the shear curve and rear contacts among them: the quick law says where the soil
 /// gives way as the exact one does, and no other root is taken for the one that a sinking wheel reaches.
 #[test]
 fn the_quick_law_sees_the_folds_that_there_are() {
     let law = Registry::builtin().law("wong-reece").unwrap();
     let quick = law.quick();
-    let mut seed = 0x9e37_79b9_7f4a_7c15_u64;
-    let mut uniform = |low: f64, high: f64| {
-        // The upper bits of a congruential generator.
-        seed = seed
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
-        low + (high - low) * (seed >> 11) as f64 / (1_u64 << 53) as f64
-    };
+    let mut draws = Draws::new();
     let (mut carried, mut given_way) = (0, 0);
     for _ in 0..20_000 {
-        let p = [
-            0.0,
-            uniform(8.0, 15.0).exp(),
-            uniform(0.2, 1.4),
-            uniform(0.0, 20_000.0),
-            uniform(0.1, 0.7),
-            uniform(-5.5, -3.0).exp(),
-            uniform(0.1, 0.6),
-            uniform(0.0, 0.3),
-        ];
-        let mut at = Contact::new(uniform(-0.9, -0.02), uniform(60.0, 900.0), R, B);
-        at.hooks.shear_hump = uniform(-1.5, 1.5).max(0.0);
-        at.hooks.exit_ratio = uniform(-0.5, 0.5).max(0.0);
+        let (p, at) = draws.braked_wheel();
         let lifted: Vec<Lanes> = p.iter().map(|&v| Lanes::from(v)).collect();
         match (law.forces(&p, &at), quick.forces_at(&lifted, &at.lift())) {
             (Ok(exact), Ok(found)) => {
@@ -47,6 +63,54 @@ fn the_quick_law_sees_the_folds_that_there_are() {
                 given_way += 1;
             }
             (exact, found) => panic!("{p:?} {at:?}: {exact:?}, {:?}", found.err()),
+        }
+    }
+    assert!(
+        carried > 5_000 && given_way > 1_000,
+        "{carried} {given_way}"
+    );
+}
+
+/// What a fit remembers of a wheel never changes which root is found: soil, slip and load walk in steps of up to so much, and an
+/// answer from near the last one is the answer without it.
+#[test]
+fn a_remembered_angle_leads_to_the_root_that_a_sinking_wheel_reaches() {
+    let quick = Registry::builtin().law("wong-reece").unwrap().quick();
+    let mut draws = Draws::new();
+    let (mut carried, mut given_way) = (0, 0);
+    for step in [0.003, 0.03, 0.3] {
+        for _ in 0..150 {
+            let (mut p, mut at) = draws.braked_wheel();
+            let mut last = None;
+            for _ in 0..30 {
+                let soil: Vec<Lanes> = p.iter().map(|&v| Lanes::from(v)).collect();
+                let entry = |near: Option<f64>| {
+                    let mut at = at.lift::<Lanes>();
+                    at.near = near.map(Lanes::from);
+                    let forces = quick.forces_at(&soil, &at)?;
+                    Ok::<_, ModelError>(forces.angles.unwrap().entry.lane(0))
+                };
+                last = match (entry(None), entry(last)) {
+                    (Ok(anew), Ok(near)) => {
+                        assert!(
+                            (near / anew - 1.0).abs() < 1e-4,
+                            "{near} {anew} {p:?} {at:?}"
+                        );
+                        carried += 1;
+                        Some(near)
+                    }
+                    (Err(_), Err(_)) => {
+                        given_way += 1;
+                        None
+                    }
+                    (anew, near) => panic!("{p:?} {at:?}: {anew:?}, {near:?} near {last:?}"),
+                };
+                for v in &mut p[1..] {
+                    *v *= draws.uniform(-step, step).exp();
+                }
+                at.slip = (at.slip * draws.uniform(-step, step).exp()).max(-0.95);
+                at.normal_load *= draws.uniform(-step, step).exp();
+            }
         }
     }
     assert!(
