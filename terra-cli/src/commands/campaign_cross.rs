@@ -6,7 +6,9 @@ use std::path::Path;
 use rayon::prelude::*;
 use serde_json::{Value, json};
 use terra_data::atomic_write;
-use terra_gap::{Calibration, Diagnosis, Settings, diagnose_rig, diagnose_rig_against};
+use terra_gap::{
+    Calibration, Diagnosis, Evidence, GapError, Settings, diagnose_rig, diagnose_rig_against,
+};
 use terra_model::Registry;
 
 use super::campaign_gap::shown;
@@ -67,7 +69,7 @@ pub(crate) fn marked(
                 read_json(&path)
             } else {
                 let case = programme.case(seed, k)?;
-                let marked = mark(&case, &programme, &registry)?;
+                let marked = mark(&case, &programme, &registry);
                 output::json(Some(&path), &json!(marked)).map(|()| marked)
             };
             bar.step();
@@ -84,6 +86,7 @@ pub(crate) fn marked(
 fn learn(marked: &[Marked], seed: u64, out: &Path) -> Result<(), CliError> {
     let known: Vec<terra_gap::Case> = marked
         .iter()
+        .filter(|m| m.with_baseline.refused.is_none())
         .map(|m| {
             let case = m.evidence.case(&m.name);
             if m.truth == Truth::OtherForm {
@@ -104,32 +107,39 @@ fn learn(marked: &[Marked], seed: u64, out: &Path) -> Result<(), CliError> {
     Ok(())
 }
 
-fn mark(case: &Case, programme: &Programme, registry: &Registry) -> Result<Marked, CliError> {
+fn mark(case: &Case, programme: &Programme, registry: &Registry) -> Marked {
     let own = programme.rover(case.ground);
     let other = programme.rover(case.nominal);
     let against = |rover| {
         let settings = Settings::of(rover);
-        let found = diagnose_rig_against(&case.sim, &case.real, rover, registry, &settings, false)?;
-        Ok::<_, CliError>(found.0)
+        diagnose_rig_against(&case.sim, &case.real, rover, registry, &settings, false)
     };
-    let (alone, _) = diagnose_rig(&case.real, &other, registry, &Settings::of(&other))?;
+    let alone = diagnose_rig(&case.real, &other, registry, &Settings::of(&other));
     let (form, magnitude) = match &case.effect {
         Some(e) => (e.form.clone(), e.magnitude.clone()),
         None => (None, vec![]),
     };
-    let with_baseline = against(&other)?;
-    Ok(Marked {
+    let with_baseline = against(&other);
+    Marked {
         truth: case.truth,
         name: case.name.clone(),
         ground: case.ground.to_owned(),
         nominal: case.nominal.to_owned(),
         form,
         magnitude,
-        with_baseline: answer(&with_baseline),
-        evidence: with_baseline.evidence,
-        without: answer(&alone),
-        shared_law: answer(&against(&own)?),
-    })
+        with_baseline: told(with_baseline.as_ref()),
+        without: told(alone.as_ref()),
+        shared_law: told(against(&own).as_ref()),
+        evidence: with_baseline.map_or_else(|_| Evidence::default(), |(d, _)| d.evidence),
+    }
+}
+
+/// The answer, or that there is none: an error in one case is counted against the diagnosis and costs no other case.
+fn told<P>(found: Result<&(Diagnosis, P), &GapError>) -> Answer {
+    match found {
+        Ok((diagnosis, _)) => answer(diagnosis),
+        Err(why) => Answer::refused(why.to_string()),
+    }
 }
 
 fn answer(d: &Diagnosis) -> Answer {
@@ -151,5 +161,6 @@ fn answer(d: &Diagnosis) -> Answer {
         names,
         ranked,
         probability_unknown: d.probability_unknown,
+        refused: None,
     }
 }

@@ -19,9 +19,23 @@ pub(crate) struct Answer {
     /// Name and probability of the most probable answers but unknown.
     pub(crate) ranked: Vec<(String, f64)>,
     pub(crate) probability_unknown: f64,
+    /// Why there is no answer: the diagnosis ended with this error.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) refused: Option<String>,
 }
 
 impl Answer {
+    /// None, for this reason.
+    pub(crate) fn refused(why: String) -> Self {
+        Answer {
+            verdict: "refused".to_owned(),
+            names: vec![],
+            ranked: vec![],
+            probability_unknown: 0.0,
+            refused: Some(why),
+        }
+    }
+
     fn first(&self) -> Option<&(String, f64)> {
         self.ranked.first()
     }
@@ -130,6 +144,16 @@ pub(crate) fn figures(cases: &[Marked]) -> Vec<Target> {
         "-",
         "-",
     ));
+    let refused = |c: &Marked| {
+        let mut all = [&c.with_baseline, &c.without, &c.shared_law].into_iter();
+        all.any(|a| a.refused.is_some())
+    };
+    rows.push(target(
+        "a diagnosis ends with an error".to_owned(),
+        &rate(cases, refused),
+        "0",
+        "-",
+    ));
     rows
 }
 
@@ -172,11 +196,13 @@ mod tests {
             names: ranked.iter().map(|r| r.0.to_owned()).collect(),
             ranked: ranked.iter().map(|r| (r.0.to_owned(), r.1)).collect(),
             probability_unknown: 0.0,
+            refused: None,
         }
     }
 
     /// By hand: of four cases one null is clean, one instrument is the first cause but behind `none`, one effect is a
-    /// wrong single name and its truth is not given, one other form is second of two.
+    /// wrong single name and its truth is not given, one other form is second of two. A fifth, a null that ends with an error, is
+    /// no clean null and names nothing.
     #[test]
     fn figures_count_what_they_say() {
         let case = |truth, name: &str, answer: Answer| Marked {
@@ -208,20 +234,26 @@ mod tests {
                 "bulldozing",
                 says("ambiguous", &[("grousers", 0.6), ("bulldozing", 0.3)]),
             ),
+            case(
+                Truth::None,
+                "none",
+                Answer::refused("no end of a fit".to_owned()),
+            ),
         ];
         let rows = figures(&cases);
         let value = |figure: &str| {
             let row = rows.iter().find(|r| r.figure == figure).unwrap();
             (row.value.unwrap(), row.n)
         };
-        assert_eq!(value("baseline: truth among the names"), (0.75, 4));
-        assert_eq!(value("baseline: names given, mean"), (1.5, 4));
-        assert_eq!(value("baseline: one name, and a wrong one"), (0.25, 4));
-        assert_eq!(value("baseline: nulls without a name"), (1.0, 1));
+        assert_eq!(value("baseline: truth among the names"), (0.6, 5));
+        assert_eq!(value("baseline: names given, mean"), (1.2, 5));
+        assert_eq!(value("baseline: one name, and a wrong one"), (0.2, 5));
+        assert_eq!(value("baseline: nulls without a name"), (0.5, 2));
         assert_eq!(value("baseline: instruments and soil, top-1"), (1.0, 1));
         let before_none = "baseline: instruments and soil, before none too";
         assert_eq!(value(before_none), (0.0, 1));
         assert_eq!(value("baseline: physical effects, top-1"), (0.0, 2));
-        assert_eq!(value("no baseline: a wrong effect at P > .9"), (0.25, 4));
+        assert_eq!(value("no baseline: a wrong effect at P > .9"), (0.2, 5));
+        assert_eq!(value("a diagnosis ends with an error"), (0.2, 5));
     }
 }

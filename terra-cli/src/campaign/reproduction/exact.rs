@@ -1,9 +1,14 @@
 //! Exact soil in the set: how often it is named after how many samples, and what the probabilities are worth.
 
+use terra_sim::{Scenario, StartMotion};
+
 use super::{Asked, Bench, Figure, Told, number, rate, share};
 use crate::campaign::{LOOK_AT, Rate};
 use crate::error::CliError;
 use crate::identify::IdentifyOptions;
+
+/// Mean difference of what the winners claim and how often they are right.
+pub(super) const ECE: &str = "ECE";
 
 /// Exact soil in the set, the proportional split, the bank, and calibration.
 pub(super) fn exact(bench: &Bench) -> Result<Vec<Figure>, CliError> {
@@ -86,7 +91,34 @@ pub(super) fn exact(bench: &Bench) -> Result<Vec<Figure>, CliError> {
         }
         out.extend(calibration(name, runs));
     }
+    let name = "innovation-bank";
+    let radius = bench.rover.wheel.radius;
+    let told = bench.ramps(|s| from_any_speed(s, radius), &[scheme(name)])?;
+    for runs in &told {
+        out.extend(calibration("innovation-bank, from any speed", runs));
+    }
     Ok(out)
+}
+
+/// Largest speed \[m/s\] and slips at which the runs begin that do not start at standstill.
+const SPEED: f64 = 1.0;
+const SLIP: [f64; 2] = [0.05, 0.95];
+
+/// Starts each run at another speed and slip, spread evenly over both.
+///
+/// # Reference
+/// M. Roberts, *The unreasonable effectiveness of quasirandom sequences*, 2018: shares of powers of the plastic number.
+fn from_any_speed(scenario: &mut Scenario, radius: f64) {
+    const PLASTIC: f64 = 1.324_717_957_244_746;
+    let k = scenario.run as f64 + 0.5;
+    let speed = SPEED * (k / PLASTIC).fract();
+    let slip = SLIP[0] + (SLIP[1] - SLIP[0]) * (k / (PLASTIC * PLASTIC)).fract();
+    for segment in &mut scenario.segments {
+        segment.start = Some(StartMotion {
+            ground_speed: speed,
+            wheel_speed: [speed / ((1.0 - slip) * radius); 4],
+        });
+    }
 }
 
 /// NLL by sample, expected calibration error, and confident mistakes.
@@ -190,7 +222,7 @@ fn calibration(name: &str, runs: &[Told]) -> Vec<Figure> {
         ..number(
             "calibration",
             name,
-            "ECE",
+            ECE,
             (all > 0).then(|| gap / all as f64),
             all,
             ece,

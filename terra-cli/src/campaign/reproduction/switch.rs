@@ -68,7 +68,8 @@ pub(super) fn switch(bench: &Bench) -> Result<Vec<Figure>, CliError> {
             first.segments[0].duration = 1.0;
             let mut second = paper::torque_ramp(to, bench.seed)?;
             second.segments[0].duration = 1.0;
-            cases.extend((0..bench.runs).map(|run| (to, run, first.clone(), second.clone())));
+            let runs = cases.len()..cases.len() + bench.runs;
+            cases.extend(runs.map(|run| (to, run, first.clone(), second.clone())));
         }
     }
     let delays: Vec<Vec<Option<Option<usize>>>> = cases
