@@ -241,3 +241,34 @@ fn calibration(name: &str, runs: &[Told]) -> Vec<Figure> {
     });
     out
 }
+
+#[cfg(test)]
+mod tests {
+    use terra_sim::paper;
+
+    use super::*;
+
+    /// A hundred starts fill every tenth of speeds and slips alike.
+    #[test]
+    fn starts_are_spread_evenly() {
+        let radius = 0.254;
+        let mut tenths = [[0; 10]; 2];
+        for run in 0..100 {
+            let mut scenario = paper::torque_ramp("dry_sand", 1).unwrap();
+            scenario.run = run;
+            from_any_speed(&mut scenario, radius);
+            let start = scenario.segments[0].start.unwrap();
+            let rim = radius * start.wheel_speed[0];
+            let slip = 1.0 - start.ground_speed / rim;
+            let shares = [
+                start.ground_speed / SPEED,
+                (slip - SLIP[0]) / (SLIP[1] - SLIP[0]),
+            ];
+            for (tenths, share) in tenths.iter_mut().zip(shares) {
+                tenths[(10.0 * share) as usize] += 1;
+            }
+        }
+        let even = tenths.as_flattened().iter();
+        assert!(even.clone().all(|n| (8..=12).contains(n)), "{tenths:?}");
+    }
+}
