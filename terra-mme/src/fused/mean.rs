@@ -70,53 +70,80 @@ impl Parameters {
     pub(super) fn mean(&self, log_weights: &[[f32; LANES]], total: f64, mean: &mut [f64]) {
         let share = 1.0 / total;
         for (block, mean) in self.blocks.iter().zip(mean.chunks_mut(BLOCK)) {
-            let mut sums = [0.0; BLOCK];
-            let (mut log_weights, mut off) = (log_weights, block.off.as_slice());
-            loop {
-                let length = log_weights.len().min(off.len()).min(CHUNK);
-                let (some, others) = log_weights.split_at(length);
-                let (some_off, others_off) = off.split_at(length);
-                for (sum, part) in sums.iter_mut().zip(weighted(some, some_off)) {
-                    *sum += f64::from(part);
-                }
-                if others.is_empty() || others_off.is_empty() {
-                    break;
-                }
-                (log_weights, off) = (others, others_off);
+            let mut found = summed(log_weights, &block.off);
+            for (x, centre) in found.iter_mut().zip(&block.centre) {
+                *x = *x * share + centre;
             }
-            for (sum, centre) in sums.iter_mut().zip(&block.centre) {
-                *sum = *sum * share + centre;
+            // A whole block is eight numbers and not a copy of unknown length.
+            match <&mut [f64; BLOCK]>::try_from(&mut *mean) {
+                Ok(whole) => *whole = found,
+                Err(_) => mean.copy_from_slice(&found[..mean.len()]),
             }
-            mean.copy_from_slice(&sums[..mean.len()]);
         }
     }
 }
 
-/// Σ w x of each parameter of a block.
+/// Σ w x of each parameter of a block, chunk by chunk.
+#[inline]
+fn summed(log_weights: &[[f32; LANES]], off: &[[[f32; LANES]; BLOCK]]) -> [f64; BLOCK] {
+    if log_weights.len() <= CHUNK {
+        return weighted(log_weights, off).map(f64::from);
+    }
+    let mut sums = [0.0; BLOCK];
+    for (some, off) in log_weights.chunks(CHUNK).zip(off.chunks(CHUNK)) {
+        for (sum, part) in sums.iter_mut().zip(weighted(some, off)) {
+            *sum += f64::from(part);
+        }
+    }
+    sums
+}
+
+/// The same of a chunk, in single precision.
 #[inline]
 fn weighted(log_weights: &[[f32; LANES]], off: &[[[f32; LANES]; BLOCK]]) -> [f32; BLOCK] {
-    let mut sums = [f32x8::ZERO; BLOCK];
-    let mut add = |w: f32x8, off: &[[f32; LANES]; BLOCK]| {
-        for (sum, x) in sums.iter_mut().zip(off) {
-            *sum = f32x8::from(*x).mul_add(w, *sum);
-        }
+    let sums = if log_weights.len() < SOME {
+        one_by_one([f32x8::ZERO; BLOCK], log_weights, off)
+    } else {
+        in_turns(log_weights, off)
     };
-    let (some, last) = log_weights.as_chunks::<SOME>();
-    let (some_off, last_off) = off.as_chunks::<SOME>();
-    if !some.is_empty() {
-        let mut weights = [[0.0; LANES]; SOME];
-        for (lw, off) in some.iter().zip(some_off) {
-            powers(lw, &mut weights);
-            for (w, off) in weights.iter().zip(off) {
-                add(f32x8::from(*w), off);
-            }
-        }
-    }
-    for (lw, off) in last.iter().zip(last_off) {
-        add(power_of_two(f32x8::from(*lw)), off);
-    }
     let [a, b, c, d, e, f, g, h] = f32x8::transpose(sums);
     (((a + b) + (c + d)) + ((e + f) + (g + h))).to_array()
+}
+
+/// Adds each vector as its weights are made.
+#[inline]
+fn one_by_one(
+    mut sums: [f32x8; BLOCK],
+    log_weights: &[[f32; LANES]],
+    off: &[[[f32; LANES]; BLOCK]],
+) -> [f32x8; BLOCK] {
+    for (lw, off) in log_weights.iter().zip(off) {
+        add(&mut sums, power_of_two(f32x8::from(*lw)), off);
+    }
+    sums
+}
+
+/// Makes the weights of [`SOME`] vectors before any of them is used.
+#[inline(never)]
+fn in_turns(log_weights: &[[f32; LANES]], off: &[[[f32; LANES]; BLOCK]]) -> [f32x8; BLOCK] {
+    let mut sums = [f32x8::ZERO; BLOCK];
+    let (some, last) = log_weights.as_chunks::<SOME>();
+    let (some_off, last_off) = off.as_chunks::<SOME>();
+    let mut weights = [[0.0; LANES]; SOME];
+    for (lw, off) in some.iter().zip(some_off) {
+        powers(lw, &mut weights);
+        for (w, off) in weights.iter().zip(off) {
+            add(&mut sums, f32x8::from(*w), off);
+        }
+    }
+    one_by_one(sums, last, last_off)
+}
+
+#[inline]
+fn add(sums: &mut [f32x8; BLOCK], w: f32x8, off: &[[f32; LANES]; BLOCK]) {
+    for (sum, x) in sums.iter_mut().zip(off) {
+        *sum = f32x8::from(*x).mul_add(w, *sum);
+    }
 }
 
 /// Weights of log-weights.
