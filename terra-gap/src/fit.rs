@@ -241,7 +241,7 @@ pub(crate) fn backed<A>(
 pub(crate) fn note_of_edge(what: &str, share: f64) -> Option<String> {
     (share < 1.0).then(|| {
         format!(
-            "{what}: taken {:.1} % of the way back to the prior centre, as the soil only just carries the vehicle",
+            "{what}: taken {:.1} % of the way back to the prior centre, as the soil only just carries the load",
             100.0 * (1.0 - share)
         )
     })

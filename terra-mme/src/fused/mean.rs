@@ -139,6 +139,7 @@ fn in_turns(log_weights: &[[f32; LANES]], off: &[[[f32; LANES]; BLOCK]]) -> [f32
     one_by_one(sums, last, last_off)
 }
 
+/// Adds w x of one vector to the sums of a block.
 #[inline]
 fn add(sums: &mut [f32x8; BLOCK], w: f32x8, off: &[[f32; LANES]; BLOCK]) {
     for (sum, x) in sums.iter_mut().zip(off) {

@@ -151,7 +151,7 @@ pub(crate) fn figures(cases: &[Marked]) -> Vec<Target> {
     rows.push(target(
         "a diagnosis ends with an error".to_owned(),
         &rate(cases, refused),
-        "0",
+        "<= 0",
         "-",
     ));
     rows
