@@ -18,7 +18,11 @@ const BLOCK: usize = 8;
 /// Vectors whose sums are taken in single precision.
 const CHUNK: usize = 512;
 /// Vectors whose weights are made before they are used: constants of a power and sums do not fit into the registers at once.
-const SOME: usize = 16;
+const SOME: usize = 64;
+/// From so many on that is worth its buffer.
+const MANY: usize = 16;
+/// Vectors to a turn of a loop, which itself then costs a quarter.
+const AT_ONCE: usize = 4;
 
 /// The parameters of a set under one law.
 #[derive(Clone, Debug)]
@@ -101,8 +105,8 @@ fn summed(log_weights: &[[f32; LANES]], off: &[[[f32; LANES]; BLOCK]]) -> [f64; 
 /// The same of a chunk, in single precision.
 #[inline]
 fn weighted(log_weights: &[[f32; LANES]], off: &[[[f32; LANES]; BLOCK]]) -> [f32; BLOCK] {
-    let sums = if log_weights.len() < SOME {
-        one_by_one([f32x8::ZERO; BLOCK], log_weights, off)
+    let sums = if log_weights.len() < MANY {
+        one_by_one(log_weights, off)
     } else {
         in_turns(log_weights, off)
     };
@@ -112,11 +116,8 @@ fn weighted(log_weights: &[[f32; LANES]], off: &[[[f32; LANES]; BLOCK]]) -> [f32
 
 /// Adds each vector as its weights are made.
 #[inline]
-fn one_by_one(
-    mut sums: [f32x8; BLOCK],
-    log_weights: &[[f32; LANES]],
-    off: &[[[f32; LANES]; BLOCK]],
-) -> [f32x8; BLOCK] {
+fn one_by_one(log_weights: &[[f32; LANES]], off: &[[[f32; LANES]; BLOCK]]) -> [f32x8; BLOCK] {
+    let mut sums = [f32x8::ZERO; BLOCK];
     for (lw, off) in log_weights.iter().zip(off) {
         add(&mut sums, power_of_two(f32x8::from(*lw)), off);
     }
@@ -127,16 +128,26 @@ fn one_by_one(
 #[inline(never)]
 fn in_turns(log_weights: &[[f32; LANES]], off: &[[[f32; LANES]; BLOCK]]) -> [f32x8; BLOCK] {
     let mut sums = [f32x8::ZERO; BLOCK];
-    let (some, last) = log_weights.as_chunks::<SOME>();
-    let (some_off, last_off) = off.as_chunks::<SOME>();
     let mut weights = [[0.0; LANES]; SOME];
-    for (lw, off) in some.iter().zip(some_off) {
-        powers(lw, &mut weights);
-        for (w, off) in weights.iter().zip(off) {
-            add(&mut sums, f32x8::from(*w), off);
+    for (lw, off) in log_weights.chunks(SOME).zip(off.chunks(SOME)) {
+        let weights = &mut weights[..lw.len()];
+        powers(lw, weights);
+        let (fours, last) = weights.as_chunks::<AT_ONCE>();
+        let (fours_off, last_off) = off.as_chunks::<AT_ONCE>();
+        for (w, off) in fours.iter().zip(fours_off) {
+            add_all(&mut sums, w, off);
         }
+        add_all(&mut sums, last, last_off);
     }
-    one_by_one(sums, last, last_off)
+    sums
+}
+
+/// Adds w x of some vectors to the sums of a block.
+#[inline]
+fn add_all(sums: &mut [f32x8; BLOCK], weights: &[[f32; LANES]], off: &[[[f32; LANES]; BLOCK]]) {
+    for (w, off) in weights.iter().zip(off) {
+        add(sums, f32x8::from(*w), off);
+    }
 }
 
 /// Adds w x of one vector to the sums of a block.
@@ -149,7 +160,18 @@ fn add(sums: &mut [f32x8; BLOCK], w: f32x8, off: &[[f32; LANES]; BLOCK]) {
 
 /// Weights of log-weights.
 #[inline(never)]
-fn powers(log_weights: &[[f32; LANES]; SOME], weights: &mut [[f32; LANES]; SOME]) {
+fn powers(log_weights: &[[f32; LANES]], weights: &mut [[f32; LANES]]) {
+    let (fours, last) = weights.as_chunks_mut::<AT_ONCE>();
+    let (fours_of, last_of) = log_weights.as_chunks::<AT_ONCE>();
+    for (w, lw) in fours.iter_mut().zip(fours_of) {
+        powers_of(w, lw);
+    }
+    powers_of(last, last_of);
+}
+
+/// The same of some vectors.
+#[inline]
+fn powers_of(weights: &mut [[f32; LANES]], log_weights: &[[f32; LANES]]) {
     for (w, lw) in weights.iter_mut().zip(log_weights) {
         *w = power_of_two(f32x8::from(*lw)).to_array();
     }
