@@ -7,7 +7,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use crate::counts::{Standing, compare, read};
-use crate::fit::line;
+use crate::fit::{Line, line};
 use crate::shell::{cargo, command, installed, output, root, run as run_command};
 
 /// A kernel of `terra-bench/src/bin/count.rs`, with the repetitions of the short and the long run.
@@ -85,6 +85,9 @@ const KERNELS: &[Kernel] = &[
     kernel("fused-held:21", 64, 192, "the same, S held, N = 21"),
     kernel("fused-held:1000", 64, 192, "the same, S held, N = 1 000"),
     kernel("fused-held:4000", 64, 192, "the same, S held, N = 4 000"),
+    kernel("fused-held:1024", 64, 192, "the same, S held, N = 1 024"),
+    kernel("fused-held:2048", 64, 192, "the same, S held, N = 2 048"),
+    kernel("fused-held:4096", 64, 192, "the same, S held, N = 4 096"),
     kernel(
         "fused-held-mean:21",
         64,
@@ -141,24 +144,24 @@ const KERNELS: &[Kernel] = &[
     ),
 ];
 
-/// Kernels `NAME:N` whose line in N is printed, what they are, and whether it must be straight: in the fused pass the last tile,
-/// of fewer vectors than others, costs more a hypothesis, and which N has one is chance.
-const LINEAR: [(&str, &str, bool); 7] = [
-    ("hypothesis-update", "Bayes step", true),
-    ("fused-wheel", "fused pass on a wheel", false),
-    ("fused-held", "fused pass on a wheel, S held", false),
+/// Kernels `NAME:N` whose line in N is printed, what they are, and, where it must be straight, the step of the N that count: a
+/// fused pass goes over whole runs of 1 024 hypotheses, and what is left of one costs more a hypothesis.
+const LINEAR: [(&str, &str, Option<u32>); 7] = [
+    ("hypothesis-update", "Bayes step", Some(1)),
+    ("fused-wheel", "fused pass on a wheel", None),
+    ("fused-held", "fused pass on a wheel, S held", Some(1024)),
     (
         "fused-held-mean",
         "fused pass on a wheel, S held, with mean",
-        false,
+        None,
     ),
-    ("hand-wheel", "the same by hand", false),
-    ("hand-wheel-mean", "the same by hand, with mean", false),
-    ("fused", "fused pass on a side", false),
+    ("hand-wheel", "the same by hand", None),
+    ("hand-wheel-mean", "the same by hand, with mean", None),
+    ("fused", "fused pass on a side", None),
 ];
 
 /// Least R² at which a kernel counts as O(N).
-const STRAIGHT: f64 = 0.9999;
+const STRAIGHT: f64 = 0.999_999;
 
 /// Fixed target CPUs, the default first: `native` would differ from machine to machine, and valgrind knows no AVX-512.
 /// The default is what a plain release build gives.
@@ -232,8 +235,13 @@ pub(crate) fn run(arguments: &[String]) -> Result<(), String> {
         }
     }
     let mut bent = vec![];
-    for ((_, what, gate), points) in LINEAR.iter().zip(&points) {
-        bent.extend(linear(what, points).err().filter(|_| *gate));
+    for ((_, what, step), points) in LINEAR.iter().zip(&mut points) {
+        points.sort_by(|a, b| a.0.total_cmp(&b.0));
+        linear(what, points);
+        if let Some(step) = step {
+            points.retain(|(n, _)| n % f64::from(*step) == 0.0);
+            bent.extend(straight(what, points, *step).err());
+        }
     }
     if !bent.is_empty() {
         return Err(bent.join("\n"));
@@ -269,8 +277,8 @@ fn verdict(failed: &[&str], beyond: &[&str]) -> Result<(), String> {
     }
 }
 
-/// Prints a kernel per hypothesis and its line; an error where it is not straight.
-fn linear(what: &str, points: &[(f64, f64)]) -> Result<(), String> {
+/// Prints a kernel per hypothesis and its line.
+fn linear(what: &str, points: &[(f64, f64)]) {
     let fit = line(points);
     println!("\n{what}, instructions = a + b N");
     for &(n, found) in points {
@@ -280,18 +288,31 @@ fn linear(what: &str, points: &[(f64, f64)]) -> Result<(), String> {
             found / n
         );
     }
+    print_line(&fit);
+}
+
+fn print_line(fit: &Line) {
     println!(
         "  a = {:.1}, b = {:.4}, R² = {:.9}",
         fit.intercept, fit.slope, fit.determination
     );
-    if fit.determination > STRAIGHT {
-        Ok(())
-    } else {
-        Err(format!(
-            "the {what} is not linear in N: R² = {}",
-            fit.determination
-        ))
+}
+
+/// Prints the line through the sizes that are multiples of `step`; an error where it is not straight.
+fn straight(what: &str, points: &[(f64, f64)], step: u32) -> Result<(), String> {
+    let fit = line(points);
+    if step > 1 {
+        println!("  of {} sizes in whole steps of {step}:", points.len());
+        print_line(&fit);
     }
+    if points.len() > 2 && fit.determination > STRAIGHT {
+        return Ok(());
+    }
+    Err(format!(
+        "the {what} is not linear in N: R² = {} over {} sizes",
+        fit.determination,
+        points.len()
+    ))
 }
 
 /// N of `NAME:N`.

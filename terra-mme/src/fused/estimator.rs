@@ -59,7 +59,8 @@ pub struct FusedModel {
     base: f64,
     /// Σ w.
     total: f64,
-    best: usize,
+    /// First vector of the run that holds the winner: its place there is sought when it is asked for.
+    run: usize,
     /// log2 w of the winner: taken out of all with the next pass.
     top: f32,
     samples: usize,
@@ -91,9 +92,11 @@ impl FusedModel {
                 *lw = 0.0;
             }
         }
-        let best = table.feasible.iter().position(|f| *f);
+        if !table.feasible.contains(&true) {
+            return Err(EstimatorError::Impossible);
+        }
         Ok(FusedModel {
-            best: best.ok_or(EstimatorError::Impossible)?,
+            run: 0,
             total: table.feasible.iter().filter(|f| **f).count() as f64,
             previous: Vec::new(),
             residuals: vec![[0.0; LANES]; ROWS * TILE],
@@ -218,7 +221,7 @@ impl FusedModel {
     /// S, by columns.
     fn shared(&self, obs: &ForceObservation, stencils: &[Stencil; WHEELS]) -> Columns {
         let mut shared = Shared::new(obs);
-        let place = self.table.place(self.best);
+        let place = self.table.place(self.best());
         let wheels = obs.contacts.iter().zip(stencils).zip(columns(obs));
         for (k, ((at, stencil), columns)) in wheels.enumerate() {
             let (w, r) = (at.normal_load, at.radius);
@@ -538,11 +541,11 @@ impl Weighed for FusedModel {
     }
 
     fn map_index(&self) -> usize {
-        self.best
+        self.best()
     }
 
     fn consistency(&self) -> Consistency {
-        let winner = self.set.hypotheses().get(self.best).cloned();
+        let winner = self.set.hypotheses().get(self.best()).cloned();
         let told = winner
             .ok_or(EstimatorError::EmptySet)
             .and_then(|h| HypothesisSet::new(vec![h]))

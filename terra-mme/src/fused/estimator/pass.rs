@@ -94,14 +94,20 @@ impl FusedModel {
         pair.weigh_one([first, second], weights);
         let (sum, highest) = lift_tile(weights, by);
         self.total = f64::from(sum);
-        self.best = first_of(weights, highest);
+        self.run = 0;
         highest
+    }
+
+    /// Number of the winner, the first of equals.
+    pub(super) fn best(&self) -> usize {
+        let run = self.log_weights.get(self.run..).unwrap_or_default();
+        self.run * LANES + first_of(run, self.top)
     }
 
     /// Run by run: each falls as `weigh` makes it. Returns the largest log-weight.
     #[inline]
     fn all_tiles(&mut self, by: f32, weigh: impl Fn(&mut Self, &Range<usize>, usize)) -> f32 {
-        let (mut where_highest, mut highest) = (0, f32::MIN);
+        let mut highest = f32::MIN;
         self.total = 0.0;
         for (vectors, length) in self.runs() {
             weigh(self, &vectors, length);
@@ -109,11 +115,9 @@ impl FusedModel {
             self.total += f64::from(sum);
             // The first of equals wins.
             if top > highest {
-                (highest, where_highest) = (top, vectors.start);
+                (highest, self.run) = (top, vectors.start);
             }
         }
-        let run = self.log_weights.get(where_highest..).unwrap_or_default();
-        self.best = where_highest * LANES + first_of(run, highest);
         highest
     }
 
