@@ -11,7 +11,8 @@
 //! tolerated share of it, the remainder is an error of that cause's formula as easily: unknown keeps the same share of its
 //! probability, and the cause has the rest. An explanation that itself misfits by more than is adequate keeps little: the
 //! rest of its probability is unknown's. A second cause needs a gain γ over the best single one: chosen among hundreds of
-//! pairs, it gains by chance.
+//! pairs, it gains by chance. One that gains less may still be there unseen: a share ρ of the first one's probability goes to
+//! such pairs, by what they say.
 //!
 //! # Reference
 //! C. Guo et al., ICML 2017 (temperature).
@@ -55,6 +56,9 @@ pub struct Calibration {
     pub null_gain: f64,
     /// γ \[nats\]: what a second cause must add to the best one alone.
     pub second_gain: f64,
+    /// ρ: how often one cause that explains a log has a second beside it that the log does not show.
+    #[serde(default)]
+    pub unseen_second: f64,
     /// Cases it was made from; 0 when it is a choice.
     pub cases: usize,
     /// Where it comes from.
@@ -72,6 +76,9 @@ pub(crate) struct Weight {
     /// Where its two causes stand alone among the answers.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) parts: Option<[usize; 2]>,
+    /// Where the first of its two causes stands alone, and its share among all pairs of that one with another.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) beside: Option<(usize, f64)>,
     /// It needs a formula that was left free.
     #[serde(default)]
     pub(crate) free: bool,
@@ -169,14 +176,43 @@ impl Calibration {
         toml::to_string(&Row { design: [self] }).map_err(|e| GapError::Calibration(e.to_string()))
     }
 
+    /// The gain that a second cause needs.
+    fn bar(&self, weights: &[Weight]) -> f64 {
+        let alone = weights.iter().filter(|w| w.is_alone()).map(|w| w.gain);
+        alone.fold(f64::NEG_INFINITY, f64::max) + self.second_gain
+    }
+
+    /// Two causes of which one would do: where the first stands alone, where both, and the part of the first one's probability
+    /// that they have.
+    pub(crate) fn unseen(&self, weights: &[Weight]) -> Vec<(usize, usize, f64)> {
+        let bar = self.bar(weights);
+        let all = weights.iter().enumerate().filter(|(_, w)| w.gain <= bar);
+        all.filter_map(|(k, w)| {
+            let (first, share) = w.beside?;
+            Some((first, k, self.unseen_second * share))
+        })
+        .collect()
+    }
+
     /// Probabilities of answers.
     pub(crate) fn probabilities(&self, weights: &[Weight]) -> Vec<f64> {
-        let alone = weights.iter().filter(|w| w.is_alone()).map(|w| w.gain);
-        let bar = alone.fold(f64::NEG_INFINITY, f64::max) + self.second_gain;
+        let together = self.together(weights);
+        let mut p = together.clone();
+        for (first, k, part) in self.unseen(weights) {
+            let moved = part * together.get(first).unwrap_or(&0.0);
+            p[first] -= moved;
+            p[k] += moved;
+        }
+        p
+    }
+
+    /// The same, one cause and whatever may stand unseen beside it being one answer.
+    pub(crate) fn together(&self, weights: &[Weight]) -> Vec<f64> {
+        let bar = self.bar(weights);
         let logs: Vec<f64> = weights
             .iter()
             .map(|w| {
-                if w.behind.is_some() || (w.second && w.gain < bar) {
+                if w.behind.is_some() || (w.second && w.gain <= bar) {
                     f64::NEG_INFINITY
                 } else {
                     w.ln_prior + w.gain / self.temperature
@@ -268,6 +304,7 @@ mod tests {
             set_probability: 0.9,
             null_gain: 3.0,
             second_gain: 3.0,
+            unseen_second: 0.0,
             cases: 0,
             source: String::new(),
         }
@@ -279,6 +316,7 @@ mod tests {
             gain,
             second: false,
             parts: None,
+            beside: None,
             free: false,
             behind: None,
             misfits: false,
@@ -293,6 +331,7 @@ mod tests {
             gain,
             second: true,
             parts: None,
+            beside: None,
             free: false,
             behind: None,
             misfits: false,
@@ -301,6 +340,42 @@ mod tests {
         assert_eq!(c.probabilities(&[single(-1.0, 10.0), pair(12.9)])[1], 0.0);
         let p = c.probabilities(&[single(-1.0, 10.0), pair(15.0)])[1];
         assert!((p - 1.0 / (1.0 + (2.0f64 - 5.0).exp())).abs() < 1e-12);
+    }
+
+    /// A second cause that gains less than it must has its part of the share that the first cause leaves to what stands unseen
+    /// beside it; one that gains enough is weighed like any other, and nothing else changes.
+    #[test]
+    fn a_second_cause_may_stand_unseen_beside_the_first() {
+        let beside = |gain: f64, share: f64| Weight {
+            second: true,
+            beside: Some((0, share)),
+            ..single(0.1f64.ln(), gain)
+        };
+        let (none, unknown) = (single(0.0, 0.0), single(0.0, 0.0));
+        let weights =
+            |second: Weight| vec![single(0.0, 10.0), second, beside(9.0, 0.1), none, unknown];
+        let calibration = Calibration {
+            unseen_second: 0.08,
+            ..start()
+        };
+        let short = weights(beside(10.5, 0.4));
+        let (blind, p) = (
+            start().probabilities(&short),
+            calibration.probabilities(&short),
+        );
+        assert_eq!(blind[1..3], [0.0, 0.0]);
+        assert!((p[1] - 0.08 * 0.4 * blind[0]).abs() < 1e-12);
+        assert!((p[2] - 0.08 * 0.1 * blind[0]).abs() < 1e-12);
+        assert!((p[0] - (1.0 - 0.08 * 0.5) * blind[0]).abs() < 1e-12);
+        assert_eq!(p[3..], blind[3..]);
+        assert_eq!(calibration.together(&short), blind);
+        let earned = weights(beside(14.0, 0.4));
+        let (blind, p) = (
+            start().probabilities(&earned),
+            calibration.probabilities(&earned),
+        );
+        assert_eq!(p[1], blind[1]);
+        assert!(p[1] > 0.5 && calibration.unseen(&earned).iter().all(|u| u.1 == 2));
     }
 
     /// Two fifths of what an effect by a free formula has go to unknown, the last answer, and all else stays.

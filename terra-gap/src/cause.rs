@@ -44,6 +44,8 @@ pub struct Cause {
     pub form: String,
     /// Effects with nearly the same signature on this data.
     pub indistinguishable_from: Vec<String>,
+    /// Of two causes: one would do, and what this log shows neither asks for the other nor rules it out.
+    pub unseen_second: bool,
     /// Best-fitting version.
     pub weighed: Weighed,
 }
@@ -65,6 +67,8 @@ pub(crate) struct Ranking {
     pub nearly: Option<String>,
     /// True where the explanation that leads still misfits.
     pub misfits: bool,
+    /// One cause, the same with a second one that this log hardly shows, and the part of its probability that they have.
+    unseen: Vec<(String, String, f64)>,
 }
 
 /// Nats within which an effect of the ground stands beside other soil that leads, against a foreign wheel law. Other soil that
@@ -99,6 +103,7 @@ impl Answers {
             power: None,
             form: "default".to_owned(),
             indistinguishable_from: vec![],
+            unseen_second: false,
             weighed: w.clone(),
         };
         causes.extend(
@@ -111,6 +116,7 @@ impl Answers {
             rivals
                 .pairs
                 .iter()
+                .chain(unseen(rivals))
                 .chain(&rivals.behind)
                 .map(|w| whole(w.hypothesis.effect_name(), CauseKind::Combination, w)),
         );
@@ -140,10 +146,11 @@ impl Answers {
             let mut all = causes.iter();
             all.position(|c| c.kind == CauseKind::Effect && c.name == effect)
         };
-        let parts = |c: &Cause| {
-            let (a, b) = c.name.split_once('+')?;
-            Some([alone_at(a)?, alone_at(b)?])
+        let parts = |c: &Cause| -> [Option<usize>; 2] {
+            let (a, b) = c.name.split_once('+').unwrap_or_default();
+            [alone_at(a), alone_at(b)]
         };
+        let stands = |k: usize| causes[k].log_evidence_gain;
         let first_behind = causes.len() - rivals.behind.len();
         // What they are behind: the one cause that says most by another formula.
         let leader = (0..causes.len())
@@ -159,13 +166,30 @@ impl Answers {
             .map(|(k, (c, share))| {
                 let behind = (k >= first_behind).then(|| leader.unwrap_or(last_answer));
                 let two = two(c) && behind.is_none();
+                let alone = if two { parts(c) } else { [None; 2] };
+                let first = alone.into_iter().flatten();
+                let first = first.max_by(|a, b| stands(*a).total_cmp(&stands(*b)));
+                let beside = first.and_then(|k| {
+                    let mut all = rivals.beside.iter();
+                    let beside =
+                        all.find(|b| b.first == causes[k].name && causes[k].form != FREE)?;
+                    Some((k, beside.share(&c.weighed)))
+                });
+                // A pair that was not fitted has not earned its place, whatever the tangent promises.
+                let unfitted = first.filter(|_| !c.weighed.fitted);
                 Weight {
                     ln_prior: (share * rest).ln(),
-                    gain: c.log_evidence_gain,
+                    gain: c
+                        .log_evidence_gain
+                        .min(unfitted.map_or(f64::INFINITY, stands)),
                     // On a rig it was held against the noise alone too, which its gain does not show.
                     second: two && kind == LogKind::Drive,
                     // A part that was not weighed by itself leaves its share to unknown.
-                    parts: two.then(|| parts(c).unwrap_or([last_answer; 2])),
+                    parts: two.then_some(match alone {
+                        [Some(a), Some(b)] => [a, b],
+                        _ => [last_answer; 2],
+                    }),
+                    beside,
                     free: c.form == FREE,
                     behind,
                     misfits: kind != LogKind::Drive && c.weighed.chi2_per_value() > ADEQUATE,
@@ -177,6 +201,7 @@ impl Answers {
             gain,
             second: false,
             parts: None,
+            beside: None,
             free: false,
             behind: None,
             misfits: false,
@@ -221,7 +246,7 @@ impl Answers {
 
     /// Probabilities under a calibration, and the set of answers.
     pub(crate) fn rank(self, calibration: &Calibration) -> Ranking {
-        let p = calibration.probabilities(&self.weights);
+        let p = calibration.together(&self.weights);
         let mut causes = self.causes;
         let misfits = calibration.led_by_a_misfit(&self.weights);
         let nearly = calibration.nearly(&self.weights);
@@ -233,6 +258,11 @@ impl Answers {
             .collect();
         for (c, p) in causes.iter_mut().zip(&p) {
             c.probability = *p;
+        }
+        let mut unseen = vec![];
+        for (first, both, part) in calibration.unseen(&self.weights) {
+            causes[both].unseen_second = true;
+            unseen.push((causes[first].name.clone(), causes[both].name.clone(), part));
         }
         let (mut probability_none, mut probability_unknown) =
             (p[causes.len()], p[causes.len() + 1]);
@@ -265,6 +295,7 @@ impl Answers {
             stand_in: None,
             nearly: None,
             misfits,
+            unseen,
         };
         ranking.stand_in();
         if misfits {
@@ -316,6 +347,25 @@ impl Ranking {
         let name = rival.name.clone();
         self.add(Some(name));
         self.causes[0].probability = shared;
+        self.causes.sort_by(by_probability);
+    }
+
+    /// Gives what may stand unseen beside a cause its part. The verdict is on the cause, whatever else is there unseen.
+    pub(crate) fn tell_unseen(&mut self) {
+        let mut moved = vec![];
+        for (first, both, part) in &self.unseen {
+            let of = self.causes.iter().find(|c| c.name == *first);
+            moved.push((first, both, part * of.map_or(0.0, |c| c.probability)));
+        }
+        for c in &mut self.causes {
+            for (first, both, p) in &moved {
+                if c.name == **first {
+                    c.probability -= p;
+                } else if c.name == **both {
+                    c.probability += p;
+                }
+            }
+        }
         self.causes.sort_by(by_probability);
     }
 
@@ -374,6 +424,23 @@ fn averaged(forms: &[(usize, &Weighed)], nominal: &str) -> f64 {
     }
 }
 
+/// Pairs whose second cause was not asked for, each once.
+fn unseen(rivals: &Rivals) -> impl Iterator<Item = &Weighed> {
+    let mut names: Vec<String> = rivals
+        .pairs
+        .iter()
+        .map(|w| w.hypothesis.effect_name())
+        .collect();
+    names.extend(rivals.behind.iter().map(|w| w.hypothesis.effect_name()));
+    let all = rivals.beside.iter().flat_map(|b| &b.unseen);
+    all.filter(move |w| {
+        let name = w.hypothesis.effect_name();
+        let new = !names.contains(&name);
+        names.push(name);
+        new
+    })
+}
+
 /// Single effects, averaged over forms and structures under one name.
 fn singles(rivals: &Rivals) -> Vec<Cause> {
     let (singles, screen) = (&rivals.singles, &rivals.screen);
@@ -420,6 +487,7 @@ fn singles(rivals: &Rivals) -> Vec<Cause> {
                 .first()
                 .map_or_else(String::new, |e| e.form().to_owned()),
             indistinguishable_from: alike,
+            unseen_second: false,
             weighed: (*best).clone(),
         });
     }

@@ -169,11 +169,11 @@ fn bases(
     out
 }
 
-/// The rival as the screen has it: the law replaced by its tangent at the nominal fit.
-fn tangent_only(hypothesis: Hypothesis, null: &Weighed, score: &Score) -> Weighed {
-    let mut fit = null.plain.clone();
+/// The rival as the screen at a fit has it, one effect more than there: the law replaced by its tangent at that fit.
+pub(crate) fn tangent_only(hypothesis: Hypothesis, at: &Weighed, score: &Score) -> Weighed {
+    let mut fit = at.plain.clone();
     fit.x = fit.x.push(0.0);
-    fit.jacobian = score.beside(&null.plain.jacobian);
+    fit.jacobian = score.beside(&at.plain.jacobian);
     fit.at_bound.push(false);
     let posterior = posterior(&hypothesis, &fit);
     let (low, high) = hypothesis.bounds();

@@ -219,6 +219,7 @@ pub(crate) fn diagnose(
         ));
     }
     let next = suggest(&data, predictor, &rivals.null_weighed, &ranking);
+    ranking.tell_unseen();
     let undetermined = undetermined(null, fitted);
     let best = decision.accepted.as_ref();
     let (h, f) = best.map_or((null, fitted), |(h, f)| (h, f));

@@ -8,6 +8,7 @@
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::panic))]
 
 mod abreast;
+mod beside;
 mod calibrate;
 mod calibration;
 mod candidates;

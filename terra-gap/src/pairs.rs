@@ -6,6 +6,7 @@ use nalgebra::DMatrix;
 use terra_model::AnyEffect;
 use terra_model::order::descending;
 
+use crate::beside::Beside;
 use crate::candidates::is_instrument;
 use crate::dataset::DataSet;
 use crate::hypothesis::Hypothesis;
@@ -92,7 +93,7 @@ pub(crate) fn confirm_pairs(
     previous: Option<Before<'_>>,
     roughly: bool,
     anew: &mut Vec<String>,
-) -> Vec<Weighed> {
+) -> (Vec<Weighed>, Vec<Beside>) {
     // Against another simulator's log the wheel law's form is off, and a second cause beside an effect of the ground would only
     // mend that: 14 of 38 mock contrasts (seed 12011) with one physical cause were explained by it and another one.
     let may_pair = |e: &dyn AnyEffect| !contrast || is_instrument(e);
@@ -137,50 +138,44 @@ pub(crate) fn confirm_pairs(
     let in_reach = |seed: &Weighed, promised: f64| {
         seed.chi2_per_value() > NEAR || seed.log_evidence + within_reach(promised) > best
     };
-    let mut jobs: Vec<Job> = seeds
-        .iter()
-        .flat_map(|(first, weighed)| {
-            let partners: Asked = asked
-                .iter()
-                .filter(|e| e.name() != asked[*first].name() && may_pair(&***e))
-                .map(Arc::clone)
-                .collect();
-            let (screen, kept) = screen_all(
-                data,
-                predictor,
-                &weighed.hypothesis,
-                &weighed.plain,
-                &partners,
-                whitener,
-                &mut vec![],
-            );
-            let mut order: Vec<usize> = (0..kept.len()).collect();
-            order.sort_by(|&a, &b| {
-                screen[b]
-                    .score
-                    .log_bayes_factor
-                    .total_cmp(&screen[a].score.log_bayes_factor)
-            });
-            order
-                .into_iter()
-                .take(PAIRS_PER_SEED)
-                .filter(|&k| {
-                    let promised = screen[k].score.log_bayes_factor;
-                    kind != LogKind::Drive
-                        || (promised > PARTNER_FROM && in_reach(weighed, promised))
-                })
-                .filter_map(|k| {
-                    let second = asked
-                        .iter()
-                        .position(|e| e.name() == kept[k].name() && e.form() == kept[k].form())?;
-                    let mut start = weighed.plain.x.as_slice().to_vec();
-                    start.push(screen[k].score.magnitude.clamp(-3.0, 3.0));
-                    let guess = screen[k].score.beside(&weighed.plain.jacobian);
-                    Some((*first, second, start, guess))
-                })
-                .collect::<Vec<_>>()
-        })
-        .collect();
+    let mut jobs: Vec<Job> = vec![];
+    let mut beside = vec![];
+    for (first, weighed) in &seeds {
+        let partners: Asked = asked
+            .iter()
+            .filter(|e| e.name() != asked[*first].name() && may_pair(&***e))
+            .map(Arc::clone)
+            .collect();
+        let (screen, kept) = screen_all(
+            data,
+            predictor,
+            &weighed.hypothesis,
+            &weighed.plain,
+            &partners,
+            whitener,
+            &mut vec![],
+        );
+        let mut order: Vec<usize> = (0..kept.len()).collect();
+        descending(&mut order, |&k| screen[k].score.log_bayes_factor);
+        let mut fitted = vec![];
+        for &k in order.iter().take(PAIRS_PER_SEED) {
+            let promised = screen[k].score.log_bayes_factor;
+            let asks = promised > PARTNER_FROM && in_reach(weighed, promised);
+            let same =
+                |e: &&dyn AnyEffect| e.name() == kept[k].name() && e.form() == kept[k].form();
+            let second = asked.iter().position(|e| same(&&**e));
+            if let Some(second) = second.filter(|_| kind != LogKind::Drive || asks) {
+                let mut start = weighed.plain.x.as_slice().to_vec();
+                start.push(screen[k].score.magnitude.clamp(-3.0, 3.0));
+                let guess = screen[k].score.beside(&weighed.plain.jacobian);
+                fitted.push(kept[k].name());
+                jobs.push((*first, second, start, guess));
+            }
+        }
+        if kind == LogKind::Drive && !roughly {
+            beside.extend(Beside::of(weighed, best, (&screen, &kept), &order, &fitted));
+        }
+    }
     if kind == LogKind::Drive {
         let first = by_screen(null_weighed, screen, |a, b, promised| {
             may_pair(&*asked[a]) && may_pair(&*asked[b]) && in_reach(null_weighed, promised)
@@ -269,7 +264,7 @@ pub(crate) fn confirm_pairs(
         let mut all: Vec<&mut Weighed> = pairs.iter_mut().collect();
         start_anew(data, predictor, levels, null.len(), &mut all, None, anew);
     }
-    pairs
+    (pairs, beside)
 }
 
 /// The start with its second cause left out.

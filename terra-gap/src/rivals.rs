@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use terra_model::order::descending;
 
+use crate::beside::Beside;
 use crate::candidates::Candidates;
 use crate::dataset::DataSet;
 use crate::error::GapError;
@@ -54,6 +55,8 @@ pub(crate) struct Rivals {
     pub structures_out: usize,
     /// Effects by two.
     pub pairs: Vec<Weighed>,
+    /// Second causes that may stand unseen beside one.
+    pub beside: Vec<Beside>,
     /// Effects by two that say more than one by another formula, by less than [`FORMULA`].
     pub behind: Vec<Weighed>,
     /// ln Z of something unknown.
@@ -134,6 +137,7 @@ pub(crate) fn weigh_rivals(
         screen,
         mut singles,
         mut pairs,
+        beside,
         mut not_asked,
         mut found,
         ..
@@ -173,6 +177,7 @@ pub(crate) fn weigh_rivals(
         structures: found.weighed,
         structures_out,
         pairs,
+        beside,
         behind,
         log_unknown,
         not_asked,

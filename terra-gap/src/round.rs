@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use terra_model::AnyEffect;
 
+use crate::beside::Beside;
 use crate::candidates::Candidates;
 use crate::confirm::confirm_singles;
 use crate::dataset::DataSet;
@@ -47,6 +48,8 @@ pub(crate) struct Round {
     pub screen: Vec<Screened>,
     pub singles: Vec<(usize, Vec<Weighed>)>,
     pub pairs: Vec<Weighed>,
+    /// Second causes that may stand unseen beside one.
+    pub beside: Vec<Beside>,
     pub not_asked: Vec<(String, String)>,
     /// Other structures, where effects are weighed under them.
     pub found: Structures,
@@ -280,6 +283,7 @@ impl Round {
             screen,
             singles,
             pairs: vec![],
+            beside: vec![],
             not_asked,
             found,
             anew,
@@ -291,7 +295,7 @@ impl Round {
         if settings.combine >= 2 && (last || renewed.is_none_or(far)) {
             let roughly = !last && renewed.is_some();
             let mut anew = std::mem::take(&mut round.anew);
-            round.pairs = confirm_pairs(
+            (round.pairs, round.beside) = confirm_pairs(
                 data,
                 predictor,
                 null,

@@ -151,6 +151,7 @@ fn cause(c: &Cause) -> Value {
         "under_model": h.law.model().name(),
         "parameters": parameters,
         "indistinguishable_from": c.indistinguishable_from,
+        "unseen_second": c.unseen_second,
     })
 }
 

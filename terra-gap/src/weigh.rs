@@ -106,7 +106,7 @@ pub struct Weighed {
     pub plain: Fit,
     /// ln Z of that fit.
     pub plain_log_evidence: f64,
-    /// False where the law was not fitted, but its tangent at the nominal fit taken for it.
+    /// False where the law was not fitted, but its tangent at the fit of one effect less taken for it.
     pub fitted: bool,
 }
 

@@ -255,6 +255,44 @@ fn two_causes_must_close_nearly_all_where_they_were_not_fitted() {
     assert_eq!(two.verdict, "named");
 }
 
+/// A wheel that gives way a little leaves no trace beside a torque sensor that is off by 12 %: the sensor is named, and the verdict
+/// says that the wheel may give way too. An accelerometer that is off would show, and is not among what may be there unseen.
+#[test]
+fn a_second_cause_that_leaves_no_trace_is_not_ruled_out() {
+    let (rover, registry, mut scenario) = example();
+    let effect = |(name, magnitude): (&str, f64)| EffectSetting {
+        name: name.to_owned(),
+        magnitude: vec![magnitude],
+        form: None,
+    };
+    let there = [("torque-scale", 0.12), ("wheel-compliance", 0.1)];
+    scenario.effects = there.map(effect).to_vec();
+    let log = simulate_drive(&scenario, &rover, &registry).unwrap().log;
+    let d = diagnose_drive(&log, &rover, &registry, &Settings::of(&rover)).unwrap();
+    assert!((total(&d) - 1.0).abs() < 1e-9);
+    assert_eq!(d.verdict, "named");
+    assert_eq!(d.set, ["torque-scale"]);
+    let unseen: Vec<&str> = d
+        .causes
+        .iter()
+        .filter(|c| c.unseen_second)
+        .map(|c| c.name.as_str())
+        .collect();
+    assert!(
+        unseen.contains(&"torque-scale+wheel-compliance"),
+        "{unseen:?}"
+    );
+    assert!(
+        !unseen.iter().any(|name| name.contains("accel-bias")),
+        "{unseen:?}"
+    );
+    // Neither certain nor nothing: far less than the cause alone, far more than the same without the effect that is there.
+    let both = probability(&d, "torque-scale+wheel-compliance");
+    assert!((0.003..0.1).contains(&both), "{both}");
+    assert!(probability(&d, "torque-scale") > 0.8);
+    assert!(probability(&d, "wheel-compliance") < both);
+}
+
 /// Ground of which the rover file says nothing is as rough as the log shows: 3 N and .3 N m an instant leave half of that in the
 /// mean of a window, and where nothing is missing nothing is named. The wheels' motors hold their torque, so that their sensors
 /// show none of it.

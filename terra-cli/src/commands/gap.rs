@@ -14,6 +14,9 @@ use crate::output::{self, short};
 use crate::progress::Spinner;
 use crate::report;
 
+/// Probability from which two causes are told of that one would do for.
+const UNSEEN_FROM: f64 = 0.005;
+
 pub(crate) fn run(args: &GapArgs, quiet: bool) -> Result<(), CliError> {
     if args.watch {
         return gap_watch::run(args, quiet);
@@ -164,10 +167,22 @@ pub(crate) fn summary(d: &Diagnosis) -> String {
             p.sigma
         ));
     }
-    for c in d.causes.iter().take(3) {
+    for c in d.causes.iter().filter(|c| !c.unseen_second).take(3) {
         out.push_str(&format!(
             "cause: {} with probability {:.2} ({:+.1} nats over the re-fitted soil)\n",
             c.name, c.probability, c.log_evidence_gain
+        ));
+    }
+    let unseen: Vec<String> = d
+        .causes
+        .iter()
+        .filter(|c| c.unseen_second && c.probability >= UNSEEN_FROM)
+        .map(|c| format!("{} ({:.2})", c.name, c.probability))
+        .collect();
+    if !unseen.is_empty() {
+        out.push_str(&format!(
+            "cannot be ruled out, as the second would hardly show here: {}\n",
+            unseen.join(", ")
         ));
     }
     if !d.causes.is_empty() {

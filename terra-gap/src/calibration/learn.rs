@@ -1,8 +1,8 @@
 //! How a calibration is learned from cases whose truth was known.
 //!
 //! # Equation
-//! T, ε, δ and γ minimise Σ -ln P(truth), γ only where cases with two causes say what it costs, else it is the 95 % quantile of
-//! what needless ones gained. The set is the smallest whose probability reaches the level that held the truth in 90 % of the
+//! T, ε, δ, γ and ρ minimise Σ -ln P(truth), γ and ρ only where cases with two causes say what they cost, else γ is the 95 %
+//! quantile of what needless ones gained. The set is the smallest whose probability reaches the level that held the truth in 90 % of the
 //! cases, .75 at least, or else all that the floor leaves; a name needs a gain above the 95 % quantile of what the best effect
 //! gained on cases without any.
 //!
@@ -64,6 +64,8 @@ const HIGHEST_TEMPERATURE: f64 = 30.0;
 const FLOORS: [f64; 9] = [0.0, 0.005, 0.01, 0.02, 0.03, 0.05, 0.08, 0.12, 0.2];
 /// Doubts that are tried.
 const DOUBTS: [f64; 10] = [0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9];
+/// Shares for what stands unseen beside one cause that are tried.
+const UNSEEN: [f64; 9] = [0.0, 0.01, 0.02, 0.03, 0.05, 0.08, 0.12, 0.2, 0.3];
 /// Gains \[nats\] of a second cause that are tried: up to the last, in steps of one half.
 const SECOND_GAINS: u32 = 40;
 /// Loss \[nats\] over all cases by which two such gains are as good as each other.
@@ -95,8 +97,12 @@ impl Calibration {
         out.learn_doubts(&cases);
         let pairs = cases.iter().filter(|c| c.weights[c.truth].second);
         if pairs.count() >= ENOUGH_PAIRS {
-            out.learn_second_gain(&cases);
-            out.learn_doubts(&cases);
+            // What a second cause that falls short still has changes what it must gain.
+            for _ in 0..2 {
+                out.learn_second_gain(&cases);
+                out.learn_unseen(&cases);
+                out.learn_doubts(&cases);
+            }
         }
         let levels: Vec<f64> = cases.iter().map(|c| out.level_of(c)).collect();
         if let Some(level) = upper_quantile(&levels, 0.9) {
@@ -158,9 +164,21 @@ impl Calibration {
         }
     }
 
+    /// Share for what stands unseen beside one cause of the least loss.
+    fn learn_unseen(&mut self, cases: &[&Case]) {
+        let trials = UNSEEN.map(|unseen_second| Calibration {
+            unseen_second,
+            ..self.clone()
+        });
+        let losses = trials.into_iter().map(|c| (c.loss(cases), c));
+        if let Some((_, best)) = losses.min_by(|a, b| a.0.total_cmp(&b.0)) {
+            *self = best;
+        }
+    }
+
     /// Probability that must be gathered, best first, before the truth joins the set.
     fn level_of(&self, case: &Case) -> f64 {
-        let p = self.probabilities(&case.weights);
+        let p = self.together(&case.weights);
         let truth = p[case.truth];
         // The set takes answers until the level is reached: what stands before the truth must fall short of it.
         p.iter().filter(|q| **q > truth).sum::<f64>() + 1e-9
@@ -272,6 +290,7 @@ mod tests {
                     gain: 10.0 + pair,
                     second: true,
                     parts: Some([0, 0]),
+                    beside: None,
                     free: false,
                     behind: None,
                     misfits: false,
@@ -289,6 +308,43 @@ mod tests {
         assert!((9.0..15.0).contains(&both.second_gain), "{both:?}");
     }
 
+    /// One cause in ten has a second beside it that no evidence shows, in one of two places alike: a tenth of what the first
+    /// has goes there.
+    #[test]
+    fn what_stands_unseen_beside_one_cause_is_counted() {
+        let beside = Weight {
+            second: true,
+            beside: Some((0, 0.5)),
+            ..single(-3.0, 38.0)
+        };
+        let cases: Vec<Case> = (0..200)
+            .map(|k| Case {
+                truth: if k % 10 == 0 { 1 + (k / 10) % 2 } else { 0 },
+                causes: 3,
+                weights: vec![
+                    single(-1.0, 40.0),
+                    beside,
+                    beside,
+                    single(-1.0, 0.0),
+                    single(-1.0, 0.0),
+                ],
+                another_form: false,
+            })
+            .collect();
+        let learned = Calibration::learn(&cases, &start(), "test".to_owned());
+        let p = learned.probabilities(&cases[0].weights);
+        assert!(
+            (p[0] - 0.9).abs() < 0.03 && (p[1] - 0.05).abs() < 0.015,
+            "{learned:?} {p:?}"
+        );
+        // Where no case has two there is nothing to learn it from.
+        let alone: Vec<Case> = cases.into_iter().map(|c| Case { truth: 0, ..c }).collect();
+        assert_eq!(
+            Calibration::learn(&alone, &start(), String::new()).unseen_second,
+            0.0
+        );
+    }
+
     /// Pairs that are right half of the time and otherwise something unknown, in as strong a voice: half of their probability
     /// goes, and singles keep theirs.
     #[test]
@@ -299,6 +355,7 @@ mod tests {
                 gain: pair,
                 second: true,
                 parts: Some([0, 1]),
+                beside: None,
                 free: false,
                 behind: None,
                 misfits: false,

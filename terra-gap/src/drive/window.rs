@@ -33,6 +33,11 @@ const TIPPED: f64 = 0.1;
 const SPIN_UP: f64 = 30.0;
 /// Channels whose scatter is looked at: four torques, a_x, v, r, four ω.
 pub(crate) const SERIES: usize = 11;
+/// Where they begin after the torques.
+const SCATTER_ACCEL: usize = 4;
+const SCATTER_SPEED: usize = 5;
+const SCATTER_YAW: usize = 6;
+const SCATTER_WHEEL: usize = 7;
 /// Why a bent window is left out.
 pub(crate) const BENT: &str = "a step or an outlier inside the window";
 
@@ -385,18 +390,18 @@ impl Reader {
         let accel = log.accel_x.as_ref().zip(sd_of.accel);
         if let Some(l) = accel.and_then(|(a, sd)| over(a, sd)) {
             (raw[ACCEL], sd[ACCEL]) = (l.mean, l.mean_sd);
-            scatter[4] = l.scatter;
+            scatter[SCATTER_ACCEL] = l.scatter;
             measured.push(ACCEL);
         }
         (raw[SPEED_RATE], sd[SPEED_RATE]) = (v.slope, v.slope_sd);
         measured.push(SPEED_RATE);
         (raw[SPEED], sd[SPEED]) = (v.mean, v.mean_sd);
-        scatter[5] = v.scatter;
+        scatter[SCATTER_SPEED] = v.scatter;
         // Without a yaw rate the vehicle drives straight, as its wheels do; its yaw equation is then not used.
         if let Some(r) = yaw {
             (raw[YAW_ACCELERATION], sd[YAW_ACCELERATION]) = (r.slope, r.slope_sd);
             (raw[YAW_RATE], sd[YAW_RATE]) = (r.mean, r.mean_sd);
-            scatter[6] = r.scatter;
+            scatter[SCATTER_YAW] = r.scatter;
             measured.push(YAW_ACCELERATION);
         }
         if !measured.contains(&YAW_ACCELERATION) {
@@ -404,7 +409,7 @@ impl Reader {
         }
         for (q, w) in wheels.iter().enumerate() {
             (raw[WHEEL + q], sd[WHEEL + q]) = (w.mean, w.mean_sd);
-            scatter[7 + q] = w.scatter;
+            scatter[SCATTER_WHEEL + q] = w.scatter;
             (raw[WHEEL_RATE + q], sd[WHEEL_RATE + q]) = (w.slope, w.slope_sd);
         }
         let middle = rows.start + rows.len() / 2;
@@ -489,7 +494,7 @@ impl Reader {
 /// Under a motor that holds its torque a rough ground shows in a wheel's speed.
 pub(crate) fn short_scatter(usual: &[f64; SERIES], sensors: &Sensors) -> Vec<Option<f64>> {
     // White noise alone scatters by 1 in the mean; .963 is the median of chi2/n for the eighteen freedoms of twenty samples.
-    let beyond = |sd: f64| (usual[4] / 0.963 - 1.0).max(0.0) * sd * sd * LASTS;
+    let beyond = |sd: f64| (usual[SCATTER_ACCEL] / 0.963 - 1.0).max(0.0) * sd * sd * LASTS;
     let mut out = vec![None; VALUES];
     out[ACCEL] = sensors.accel.map(beyond);
     out

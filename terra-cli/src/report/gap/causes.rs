@@ -38,13 +38,15 @@ pub(super) fn write(s: &mut Section, d: &Diagnosis) {
         } else {
             join_some(&c.indistinguishable_from, 3)
         };
-        let form = if c.form == "default" {
-            String::new()
+        let form = if c.unseen_second {
+            "; one would do, and the second would hardly show in this log"
+        } else if c.form == "default" {
+            ""
         } else {
-            ", by another formula than the library's".to_owned()
+            ", by another formula than the library's"
         };
         t.rows.push(vec![
-            Cell::from(c.name.replace('+', " + ")).with_note(summary(d, c) + &form),
+            Cell::from(c.name.replace('+', " + ")).with_note(summary(d, c) + form),
             percent(c.probability).into(),
             gain(c.log_evidence_gain).into(),
             Cell::lines(magnitudes(c)),
@@ -112,7 +114,8 @@ fn magnitudes(cause: &Cause) -> Vec<String> {
 /// Candidates that matter and cannot be told from another, with what would isolate each.
 pub(super) fn write_look_alikes(s: &mut Section, d: &Diagnosis) {
     let matters = |c: &&Cause| {
-        d.set.contains(&c.name) || d.nearest.contains(&c.name) || c.probability > WORTH
+        let worth = c.probability > WORTH && !c.unseen_second;
+        d.set.contains(&c.name) || d.nearest.contains(&c.name) || worth
     };
     let mut singles: Vec<String> = vec![];
     for c in d.causes.iter().filter(matters) {

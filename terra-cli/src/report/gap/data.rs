@@ -101,8 +101,8 @@ fn channels(d: &Diagnosis) -> Table {
 fn calibration(d: &Diagnosis) -> String {
     match &d.calibration {
         Some(c) if c.cases > 0 => format!(
-            "Probabilities are calibrated: {} (temperature {:.2}, floor {:.3}, a name needs {:.1} nats, a second cause {:.1}).",
-            c.source, c.temperature, c.floor, c.null_gain, c.second_gain
+            "Probabilities are calibrated: {} (temperature {:.2}, floor {:.3}, a name needs {:.1} nats, a second cause {:.1}; a share of {:.2} of one cause for a second beside it that hardly shows).",
+            c.source, c.temperature, c.floor, c.null_gain, c.second_gain, c.unseen_second
         ),
         _ => "Probabilities follow from the evidences as they stand; they are not calibrated on cases of this design. `--calibrate 100` does that."
             .to_owned(),
