@@ -73,7 +73,7 @@ pub struct HeldOut {
     pub by: HoldOut,
     /// Share of the explainable misfit that goes away; none when nothing was explainable.
     pub closed: Option<Interval>,
-    /// The same per channel, without interval.
+    /// The same per channel, without interval; none where the misfit there is no more than noise leaves by chance.
     pub closed_by_channel: Vec<(String, Option<f64>)>,
     /// Whitened misfit per value without the effect.
     pub chi2_before: f64,
@@ -297,11 +297,7 @@ pub(crate) fn hold_out(
             let sum =
                 |f: fn(&GroupSquares) -> &Vec<f64>| squares.iter().map(|s| f(s)[c]).sum::<f64>();
             let (b, a, n) = (sum(|s| &s.before), sum(|s| &s.after), sum(|s| &s.count));
-            let noise = floor * n;
-            (
-                info.name.clone(),
-                (b > noise).then(|| (b - a) / (b - noise)),
-            )
+            (info.name.clone(), share_closed(b, a, n, floor))
         })
         .collect();
     Ok(HeldOut {
@@ -315,6 +311,15 @@ pub(crate) fn hold_out(
         groups: squares.len(),
         failed,
     })
+}
+
+/// Standard deviations of chi2 by which a channel's misfit must exceed its noise for a share of it to mean something.
+const BEYOND_CHANCE: f64 = 3.0;
+
+/// Share of a channel's explainable misfit that goes away, given its squares before and after, its values and the floor of each.
+fn share_closed(before: f64, after: f64, values: f64, floor: f64) -> Option<f64> {
+    let gap = before - floor * values;
+    (gap > BEYOND_CHANCE * floor * (2.0 * values).sqrt()).then(|| (before - after) / gap)
 }
 
 /// Σ numerators / Σ denominators with its studentised 95 % interval over groups; none where one group is the whole.
@@ -358,6 +363,15 @@ mod tests {
         assert!(failed.starts_with("2 of 3 held-out groups") && failed.contains("(up: no"));
         assert!(held(1, &[]).why_open().contains("single group"));
         assert!(held(9, &["up: no"]).why_open().contains("to the noise"));
+    }
+
+    /// Of 200 values chi2 scatters by 20: 30 above the noise is chance, and one of which 100 of 100 go is closed.
+    #[test]
+    fn a_channel_without_a_gap_has_no_share() {
+        assert_eq!(share_closed(230.0, 200.0, 200.0, 1.0), None);
+        assert_eq!(share_closed(300.0, 200.0, 200.0, 1.0), Some(1.0));
+        assert_eq!(share_closed(300.0, 250.0, 200.0, 1.0), Some(0.5));
+        assert_eq!(share_closed(0.0, 0.0, 0.0, 1.0), None);
     }
 
     /// Two groups, by hand: ratio .75, deviations ±.5 around it, each twice as large without its own half of the weight;

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use terra_data::{LogKind, Rover, SoilSharing};
-use terra_gap::{Diagnosis, HoldOut, Settings, to_json};
+use terra_gap::{CauseKind, Diagnosis, HoldOut, Settings, to_json};
 
 use super::gap_case::{Against, Verdict, diagnose_files};
 use super::gap_watch;
@@ -173,17 +173,20 @@ pub(crate) fn summary(d: &Diagnosis) -> String {
             c.name, c.probability, c.log_evidence_gain
         ));
     }
-    let unseen: Vec<String> = d
+    for first in d
         .causes
         .iter()
-        .filter(|c| c.unseen_second && c.probability >= UNSEEN_FROM)
-        .map(|c| format!("{} ({:.2})", c.name, c.probability))
-        .collect();
-    if !unseen.is_empty() {
-        out.push_str(&format!(
-            "cannot be ruled out, as the second would hardly show here: {}\n",
-            unseen.join(", ")
-        ));
+        .filter(|c| c.kind == CauseKind::Effect)
+        .take(3)
+    {
+        let unseen = beside(d, &first.name);
+        if !unseen.is_empty() {
+            out.push_str(&format!(
+                "cannot be ruled out beside {}, as it would hardly show here: {}\n",
+                first.name,
+                unseen.join(", ")
+            ));
+        }
     }
     if !d.causes.is_empty() {
         out.push_str(&format!(
@@ -224,4 +227,19 @@ pub(crate) fn summary(d: &Diagnosis) -> String {
         ));
     }
     out
+}
+
+/// Second causes that may stand unseen beside one, with their probabilities.
+fn beside(d: &Diagnosis, first: &str) -> Vec<String> {
+    let pairs = d
+        .causes
+        .iter()
+        .filter(|c| c.unseen_second && c.probability >= UNSEEN_FROM);
+    pairs
+        .filter_map(|c| {
+            let (a, b) = c.name.split_once('+')?;
+            let second = if a == first { b } else { a };
+            (a == first || b == first).then(|| format!("{second} ({:.2})", c.probability))
+        })
+        .collect()
 }

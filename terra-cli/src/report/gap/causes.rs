@@ -38,15 +38,15 @@ pub(super) fn write(s: &mut Section, d: &Diagnosis) {
         } else {
             join_some(&c.indistinguishable_from, 3)
         };
-        let form = if c.unseen_second {
-            "; one would do, and the second would hardly show in this log"
-        } else if c.form == "default" {
-            ""
-        } else {
-            ", by another formula than the library's"
+        let note = match (c.unseen_second, c.form.as_str()) {
+            (true, _) => {
+                "one alone does as well, and the second would hardly show in this log".to_owned()
+            }
+            (false, "default") => summary(d, c),
+            _ => summary(d, c) + ", by another formula than the library's",
         };
         t.rows.push(vec![
-            Cell::from(c.name.replace('+', " + ")).with_note(summary(d, c) + form),
+            Cell::from(c.name.replace('+', " + ")).with_note(note),
             percent(c.probability).into(),
             gain(c.log_evidence_gain).into(),
             Cell::lines(magnitudes(c)),
