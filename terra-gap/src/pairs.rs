@@ -161,9 +161,8 @@ pub(crate) fn confirm_pairs(
         for &k in order.iter().take(PAIRS_PER_SEED) {
             let promised = screen[k].score.log_bayes_factor;
             let asks = promised > PARTNER_FROM && in_reach(weighed, promised);
-            let same =
-                |e: &&dyn AnyEffect| e.name() == kept[k].name() && e.form() == kept[k].form();
-            let second = asked.iter().position(|e| same(&&**e));
+            let own = (kept[k].name(), kept[k].form());
+            let second = asked.iter().position(|e| (e.name(), e.form()) == own);
             if let Some(second) = second.filter(|_| kind != LogKind::Drive || asks) {
                 let mut start = weighed.plain.x.as_slice().to_vec();
                 start.push(screen[k].score.magnitude.clamp(-3.0, 3.0));
