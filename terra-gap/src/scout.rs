@@ -2,7 +2,8 @@
 //!
 //! A soil that was fitted without the missing effect lies in a corner, where neither the tangent nor a way down says much of
 //! what an effect can do. So every effect is looked at from the prior centre, on few windows: first with the noise taken much
-//! larger, which lets the effect do its part before the soil does, then with the noise as it is.
+//! larger, which lets the effect do its part before the soil does, then with the noise less large, then as it is. Noise that
+//! is taken so large may hide what tells the effects apart, so none is dropped that is about as near as those that stay.
 
 use std::sync::Arc;
 
@@ -18,6 +19,8 @@ use crate::thin::Thin;
 
 /// Effects that are looked at with the noise as it is.
 const CLOSER: usize = 10;
+/// Cost with the noise taken much larger by which others are about as near as the last of so many.
+const TIED: f64 = 1.0;
 /// Prior sd at which a one-sided effect begins: at its bound it may never leave.
 const ONE_SIDED: f64 = 0.5;
 
@@ -42,10 +45,21 @@ pub(crate) fn scout(
         .into_iter()
         .flatten()
         .collect();
-    nearest(&mut found, CLOSER);
-    let closer = |(k, far): &(usize, Fit), bar: f64| {
+    tied(&mut found);
+    let half_way = |(k, far): &(usize, Fit)| {
         let h = null.with(Arc::clone(&asked[*k])).ok()?;
-        Some((*k, windows.let_go(predictor, &h, far, bar).ok()?))
+        Some((*k, windows.half_way(predictor, &h, far).ok()?))
+    };
+    let mut found: Vec<(usize, Fit)> = for_each(found.len(), |rank| half_way(&found[rank]))
+        .into_iter()
+        .flatten()
+        .collect();
+    nearest(&mut found, CLOSER);
+    let closer = |(k, half_way): &(usize, Fit), bar: f64| {
+        let h = null.with(Arc::clone(&asked[*k])).ok()?;
+        let start = [half_way.x.as_slice().to_vec()];
+        let end = windows.end_below(bar, predictor, &h, &start, None);
+        Some((*k, end.ok()?))
     };
     // The first tells from where the others are hopeless.
     let mut ends: Vec<(usize, Fit)> = vec![];
@@ -56,7 +70,7 @@ pub(crate) fn scout(
         .map_or(f64::INFINITY, |(_, first)| hopeless_from(first));
     let others: Vec<&(usize, Fit)> = others
         .iter()
-        .filter(|o| !windows.is_beyond(&o.1, bar))
+        .filter(|o| !windows.is_beyond_half_way(&o.1, bar))
         .collect();
     let of_others = for_each(others.len(), |rank| closer(others[rank], bar));
     ends.extend(of_others.into_iter().flatten());
@@ -71,7 +85,44 @@ pub(crate) fn scout(
         .collect()
 }
 
+/// Leaves the nearest, and those that are about as near as the last of them.
+fn tied(found: &mut Vec<(usize, Fit)>) {
+    ascending(found, |f| f.1.cost);
+    let last = found.get(CLOSER - 1).map_or(f64::INFINITY, |f| f.1.cost);
+    found.retain(|f| f.1.cost <= last + TIED);
+}
+
 fn nearest(found: &mut Vec<(usize, Fit)>, most: usize) {
     ascending(found, |f| f.1.cost);
     found.truncate(most);
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{DMatrix, DVector};
+
+    use super::*;
+
+    /// Of effects .11 apart nineteen stay: the tenth has .99, the nineteenth 1.98. Of effects two apart ten stay.
+    #[test]
+    fn what_is_about_as_near_stays() {
+        let at = |cost: f64| Fit {
+            x: DVector::zeros(1),
+            residual: DVector::zeros(1),
+            jacobian: DMatrix::zeros(1, 1),
+            cost,
+            converged: false,
+            given_up: false,
+            log_det: 0.0,
+            at_bound: vec![false],
+        };
+        let left = |apart: f64| {
+            let mut all: Vec<(usize, Fit)> =
+                (0..30).rev().map(|k| (k, at(apart * k as f64))).collect();
+            tied(&mut all);
+            all.into_iter().map(|(k, _)| k).collect::<Vec<_>>()
+        };
+        assert_eq!(left(0.11), (0..19).collect::<Vec<_>>());
+        assert_eq!(left(2.0), (0..10).collect::<Vec<_>>());
+    }
 }

@@ -129,10 +129,23 @@ impl Thin {
         held_back: &Fit,
         misfit: f64,
     ) -> Result<Fit, GapError> {
-        let start = held_back.x.as_slice().to_vec();
-        let half_way = self.loosely(&self.loose[1], predictor, hypothesis, start)?;
+        let half_way = self.half_way(predictor, hypothesis, held_back)?;
         let start = half_way.x.as_slice().to_vec();
         self.end_below(misfit, predictor, hypothesis, &[start], None)
+    }
+
+    /// From where a fit that was held back ended down to noise that is taken less large.
+    ///
+    /// # Errors
+    /// As [`held_back`](Self::held_back).
+    pub(crate) fn half_way(
+        &self,
+        predictor: &dyn Predictor,
+        hypothesis: &Hypothesis,
+        held_back: &Fit,
+    ) -> Result<Fit, GapError> {
+        let start = held_back.x.as_slice().to_vec();
+        self.loosely(&self.loose[1], predictor, hypothesis, start)
     }
 
     /// Whether a fit that was held back ended so high that letting it go leads to no such misfit per value.
@@ -140,8 +153,16 @@ impl Thin {
     /// With the noise L times larger the least of |r|²/L² + |x|² is c: with the noise as it is no x of a smaller norm than
     /// the prior's leaves less than L² (c - |x|²).
     pub(crate) fn is_beyond(&self, held_back: &Fit, misfit: f64) -> bool {
-        let least = LOOSE[0] * LOOSE[0] * (held_back.cost - FARTHEST_SOIL);
-        least > misfit * self.data.len() as f64
+        self.beyond(LOOSE[0], held_back, misfit)
+    }
+
+    /// The same of one half way.
+    pub(crate) fn is_beyond_half_way(&self, half_way: &Fit, misfit: f64) -> bool {
+        self.beyond(LOOSE[1], half_way, misfit)
+    }
+
+    fn beyond(&self, times: f64, fit: &Fit, misfit: f64) -> bool {
+        times * times * (fit.cost - FARTHEST_SOIL) > misfit * self.data.len() as f64
     }
 
     fn loosely(
