@@ -273,6 +273,7 @@ impl Answers {
         causes.sort_by(by_probability);
         let mut answers: Vec<(f64, String)> = causes
             .iter()
+            .filter(|c| !c.unseen_second)
             .map(|c| (c.probability, c.name.clone()))
             .collect();
         answers.push((probability_none, "none".to_owned()));

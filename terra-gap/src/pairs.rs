@@ -77,7 +77,8 @@ fn by_screen(
 }
 
 /// Best partners of the best singles, screened around them, then fitted jointly; on few windows where the noise will be taken
-/// anew at the best of them (`roughly`), and only the way there is asked for.
+/// anew at the best of them (`roughly`), and only the way there is asked for. Beside them, on a drive, what may stand unseen
+/// beside one of the singles.
 pub(crate) fn confirm_pairs(
     data: &DataSet,
     predictor: &dyn Predictor,

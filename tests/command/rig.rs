@@ -107,7 +107,6 @@ fn gap_names_the_effect() {
 
 /// The same against every effect and every pair.
 #[test]
-#[ignore = "half a minute"]
 fn gap_names_the_effect_among_all() {
     let file = folder("gap_rig_all").join("verdict.json");
     run(

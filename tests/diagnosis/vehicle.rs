@@ -19,6 +19,15 @@ fn example() -> (Rover, Registry, Scenario) {
     )
 }
 
+/// An effect in its first form.
+fn effect((name, magnitude): (&str, f64)) -> EffectSetting {
+    EffectSetting {
+        name: name.to_owned(),
+        magnitude: vec![magnitude],
+        form: None,
+    }
+}
+
 /// The example of the book: eight manoeuvres, 34 candidate effects.
 #[test]
 fn a_torque_sensor_that_is_off_is_named() {
@@ -225,11 +234,6 @@ fn a_cause_is_found_that_the_nominal_fit_hides() {
 #[test]
 fn two_causes_must_close_nearly_all_where_they_were_not_fitted() {
     let (rover, registry, mut scenario) = example();
-    let effect = |(name, magnitude): (&str, f64)| EffectSetting {
-        name: name.to_owned(),
-        magnitude: vec![magnitude],
-        form: None,
-    };
     let mut diagnosed = |effects: &[(&str, f64)], unknown: &str| {
         scenario.effects = effects.iter().copied().map(effect).collect();
         let log = simulate_drive(&scenario, &rover, &registry).unwrap().log;
@@ -260,11 +264,6 @@ fn two_causes_must_close_nearly_all_where_they_were_not_fitted() {
 #[test]
 fn a_second_cause_that_leaves_no_trace_is_not_ruled_out() {
     let (rover, registry, mut scenario) = example();
-    let effect = |(name, magnitude): (&str, f64)| EffectSetting {
-        name: name.to_owned(),
-        magnitude: vec![magnitude],
-        form: None,
-    };
     let there = [("torque-scale", 0.12), ("wheel-compliance", 0.1)];
     scenario.effects = there.map(effect).to_vec();
     let log = simulate_drive(&scenario, &rover, &registry).unwrap().log;

@@ -100,10 +100,16 @@ fn channels(d: &Diagnosis) -> Table {
 /// What turned evidence into probabilities, in a sentence.
 fn calibration(d: &Diagnosis) -> String {
     match &d.calibration {
-        Some(c) if c.cases > 0 => format!(
-            "Probabilities are calibrated: {} (temperature {:.2}, floor {:.3}, a name needs {:.1} nats, a second cause {:.1}; a share of {:.2} of one cause for a second beside it that hardly shows).",
-            c.source, c.temperature, c.floor, c.null_gain, c.second_gain, c.unseen_second
-        ),
+        Some(c) if c.cases > 0 => {
+            let unseen = match c.unseen_second {
+                0.0 => String::new(),
+                share => format!(", and may stand unseen beside a first with {share:.2} of its probability"),
+            };
+            format!(
+                "Probabilities are calibrated: {} (temperature {:.2}, floor {:.3}; a name needs {:.1} nats; a second cause needs {:.1}{unseen}).",
+                c.source, c.temperature, c.floor, c.null_gain, c.second_gain
+            )
+        }
         _ => "Probabilities follow from the evidences as they stand; they are not calibrated on cases of this design. `--calibrate 100` does that."
             .to_owned(),
     }
