@@ -94,16 +94,21 @@ fn power(lambda: f64) -> String {
 /// Magnitudes of a cause's effects with sd and unit, then by name what else shapes them; empty for a structure.
 fn magnitudes(cause: &Cause) -> Vec<String> {
     let h = &cause.weighed.hypothesis;
-    let params = h.effects().iter().flat_map(|e| e.params());
+    let effects = h.effects();
+    let params = effects
+        .iter()
+        .flat_map(|e| e.params().iter().map(move |p| (e.name(), p)));
     params
         .enumerate()
-        .map(|(i, p)| {
+        .map(|(i, (effect, p))| {
             let k = h.soil_len() + i;
             let x = cause.weighed.fit.x.get(k).copied().unwrap_or(f64::NAN);
             let variance = cause.weighed.posterior.covariance.get((k, k));
             let sd = variance.map_or(f64::NAN, |v| v.max(0.0).sqrt());
             let value = unit_after(&with_sd(x * p.prior_sd, sd * p.prior_sd), &unit(p.unit));
+            // Of several effects each number is told by its own: their order is not the name's.
             match p.name {
+                "magnitude" if effects.len() > 1 => format!("{effect} {value}"),
                 "magnitude" => value,
                 other => format!("{} {value}", other.replace('_', " ")),
             }
