@@ -38,6 +38,8 @@ const FAR: f64 = 0.3;
 const NEARER: (usize, f64) = (6, 0.02);
 /// The same steps where a Jacobian is carried, from an end nearby.
 const NEARER_CARRIED: usize = 3;
+/// Steps over which such a fit must come nearer fast enough to arrive at all, if it comes so many times as fast from there on.
+const ARRIVING: (usize, f64) = (4, 2.0);
 /// Share of what is left beyond the noise that a whole step must promise such a fit.
 const PROMISING: f64 = 0.01;
 /// Share of it below which a carried Jacobian's promise no longer matters.
@@ -46,6 +48,8 @@ const SETTLED: f64 = 1e-3;
 const REACH: (usize, f64) = (4, 4.0);
 /// Damping at the start, its change after a step that was as good as foreseen and after one that was refused.
 const DAMPING: (f64, f64, f64) = (1e-3, 0.25, 4.0);
+/// Damping at a start near the data, where the tangent is nearly right: more would hold back what a narrow valley leaves free.
+const DAMPING_NEAR: f64 = 1e-6;
 /// Share of the foreseen decrease from which straight steps do.
 const STRAIGHT: f64 = 0.75;
 /// Share below which the damping rises although the step was taken.
@@ -150,6 +154,7 @@ pub(crate) fn descend<R: Residuals>(
         bent: !effort.carries(),
         doubtful: false,
     };
+    way.damping = way.first_damping();
     let mut stop = Stop::Down(false);
     for _ in 0..MAX_STEPS {
         let model = Model::new(&way.here, &way.j, low, high);
@@ -167,7 +172,7 @@ pub(crate) fn descend<R: Residuals>(
             break;
         }
         way.renew()?;
-        way.damping = DAMPING.0;
+        way.damping = way.first_damping();
     }
     // One that was given up is only known to be far: a carried Jacobian says as much.
     let given_up = matches!(stop, Stop::GivenUp);
@@ -200,6 +205,18 @@ impl<R: Residuals> Way<'_, R> {
         (self.here.cost - self.here.r.len() as f64).max(0.0)
     }
 
+    fn is_far(&self) -> bool {
+        self.here.cost > self.here.r.len() as f64 * (1.0 + FAR)
+    }
+
+    fn first_damping(&self) -> f64 {
+        if self.is_far() {
+            DAMPING.0
+        } else {
+            DAMPING_NEAR
+        }
+    }
+
     /// Decrease of the cost that a whole step promises.
     fn promise(&self, model: &Model) -> f64 {
         model.left.unwrap_or(0.0)
@@ -227,9 +244,10 @@ impl<R: Residuals> Way<'_, R> {
         }
         let promise = self.promise(model);
         let (carries, beyond) = (self.effort.carries(), self.beyond());
-        if self.here.cost > self.here.r.len() as f64 * (1.0 + FAR) {
+        if self.is_far() {
             let steps = if carries { NEARER_CARRIED } else { NEARER.0 };
             let stalls = self.gained(steps).is_some_and(|g| g < NEARER.1 * beyond);
+            let stalls = stalls || !arrives(&self.costs, self.here.r.len());
             let idle = (self.exact || carries) && promise < PROMISING * beyond;
             if stalls || idle {
                 return Some(Stop::GivenUp);
@@ -353,6 +371,22 @@ impl<R: Residuals> Way<'_, R> {
         self.exact = true;
         Ok(())
     }
+}
+
+/// Whether a way far from the data, of so many values, can still come to them: whether the last of its costs fell so fast that
+/// the steps left are enough.
+fn arrives(costs: &[f64], values: usize) -> bool {
+    let (steps, faster) = ARRIVING;
+    let [before, .., here] = costs[costs.len().saturating_sub(steps + 1)..] else {
+        return true;
+    };
+    if costs.len() <= steps {
+        return true;
+    }
+    let beyond = |cost: f64| cost - values as f64;
+    let left = (MAX_STEPS + 1).saturating_sub(costs.len()) as f64;
+    let pace = (beyond(before) / beyond(here)).ln() / steps as f64;
+    faster * pace * left > (beyond(here) / (FAR * values as f64)).ln()
 }
 
 #[cfg(test)]

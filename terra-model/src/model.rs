@@ -103,7 +103,8 @@ pub trait TerrainModel: Default + Send + Sync + 'static {
         Ok(())
     }
 
-    /// The same law at less cost, to 1e-7 of the forces: for fits, whose data know them to a hundredth. None: this is it.
+    /// The same law at less cost, to a part in ten thousand of the forces: for fits, whose data know them to a hundredth. None: this
+    /// is it.
     fn quick(&self) -> Option<Arc<dyn AnyModel>> {
         None
     }

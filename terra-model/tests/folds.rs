@@ -1,6 +1,9 @@
 //! Where the soil gives way under a braked wheel: the quick law of fits against the exact one.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
+use std::f64::consts::FRAC_PI_2;
+
+use terra_model::models::WongReece;
 use terra_model::{Contact, ForceLaw, Lanes, ModelError, Registry, Vector};
 
 const R: f64 = 0.254;
@@ -56,7 +59,7 @@ fn the_quick_law_sees_the_folds_that_there_are() {
             (Ok(exact), Ok(found)) => {
                 let entry = exact.angles.unwrap().entry;
                 let off = found.angles.unwrap().entry.lane(3) / entry - 1.0;
-                assert!(off.abs() < 1e-4, "{off} {p:?} {at:?}");
+                assert!(off.abs() < 2e-3, "{off} {p:?} {at:?}");
                 carried += 1;
             }
             (Err(ModelError::NoEquilibrium { .. }), Err(ModelError::NoEquilibrium { .. })) => {
@@ -116,5 +119,73 @@ fn a_remembered_angle_leads_to_the_root_that_a_sinking_wheel_reaches() {
     assert!(
         carried > 5_000 && given_way > 1_000,
         "{carried} {given_way}"
+    );
+}
+
+/// Where a sinking wheel comes to rest by a look at every so many angles: the two that its own lies between. None where the soil
+/// gives way first: where it carries less by a `wrinkle` than `foothold` or more of the load further up.
+fn by_small_steps(
+    angles: &[f64],
+    loads: &[f64],
+    load: f64,
+    (foothold, wrinkle): (f64, f64),
+) -> Option<[f64; 2]> {
+    let mut most = foothold;
+    for k in 1..angles.len() {
+        if loads[k] >= load {
+            return Some([angles[k - 1], angles[k]]);
+        }
+        // Nothing that carries less holds it up.
+        if most > foothold && loads[k] < most * (1.0 - wrinkle) {
+            return None;
+        }
+        most = most.max(loads[k]);
+    }
+    None
+}
+
+/// Braked wheels again, half of them sunk deeper than forty degrees: the quick law finds the root that small steps from the surface
+/// come to first, and none where the soil gives way on the way there.
+#[test]
+fn the_quick_law_finds_what_small_steps_find() {
+    const STEPS: u32 = 2000;
+    let quick = Registry::builtin().law("wong-reece").unwrap().quick();
+    // Close steps where the wheel hardly sinks.
+    let angle = |k: u32| FRAC_PI_2 * (f64::from(k) / f64::from(STEPS)).powf(1.5);
+    let angles: Vec<f64> = (0..=STEPS).map(angle).collect();
+    let mut draws = Draws::new();
+    let (mut shallow, mut deep, mut given_way) = (0, 0, 0);
+    for _ in 0..1200 {
+        let (p, at) = draws.braked_wheel();
+        let carried = |angle: &f64| WongReece.supported_load(&p, &at, *angle).unwrap();
+        let mut loads = vec![0.0];
+        loads.extend(angles[1..].iter().map(carried));
+        let load = at.normal_load;
+        let by_steps = by_small_steps(&angles, &loads, load, (0.003 * load, 1e-6));
+        // Less than a hundredth of the load, or of the most there is, holds nothing up, and a search does not tell a wrinkle from
+        // a fold.
+        let most = loads.iter().copied().fold(load, f64::max);
+        if by_steps != by_small_steps(&angles, &loads, load, (0.03 * most, 0.01)) {
+            continue;
+        }
+        let lifted: Vec<Lanes> = p.iter().map(|&v| Lanes::from(v)).collect();
+        let found = quick.forces_at(&lifted, &at.lift());
+        match (found.map(|f| f.angles.unwrap().entry.lane(5)), by_steps) {
+            (Ok(found), Some([above, below])) => {
+                let near = found > above * (1.0 - 1e-4) && found < below * (1.0 + 1e-4);
+                assert!(near, "{found} of {above}..{below}: {p:?} {at:?}");
+                if found > 0.7 {
+                    deep += 1;
+                } else {
+                    shallow += 1;
+                }
+            }
+            (Err(ModelError::NoEquilibrium { .. }), None) => given_way += 1,
+            (found, by_steps) => panic!("{found:?} {by_steps:?}: {p:?} {at:?}"),
+        }
+    }
+    assert!(
+        shallow > 300 && deep > 300 && given_way > 200,
+        "{shallow} {deep} {given_way}"
     );
 }

@@ -133,3 +133,60 @@ fn a_carried_jacobian_ends_near_the_exact_end() {
     assert!(carried.cost - exact.cost < 0.02);
     assert_eq!(v.slopes.get(), asked + 1);
 }
+
+/// Two variables of which the data know the sum well and the difference hardly, among many values that say nothing.
+struct Narrow(Cell<usize>);
+
+impl Narrow {
+    const VALUES: usize = 20;
+}
+
+impl Residuals for Narrow {
+    fn value(&self, x: &DVector<f64>) -> Result<DVector<f64>, GapError> {
+        let mut r = DVector::zeros(Self::VALUES);
+        (r[0], r[1]) = (1e3 * (x[0] + x[1]), 3.0 * (x[0] - x[1] - 1.0));
+        Ok(r)
+    }
+
+    fn slopes(&self, x: &DVector<f64>) -> Result<(DVector<f64>, DMatrix<f64>), GapError> {
+        self.0.set(self.0.get() + 1);
+        let mut j = DMatrix::zeros(Self::VALUES, 2);
+        j.set_row(0, &nalgebra::RowDVector::from_vec(vec![-1e3, -1e3]));
+        j.set_row(1, &nalgebra::RowDVector::from_vec(vec![-3.0, 3.0]));
+        Ok((self.value(x)?, j))
+    }
+}
+
+/// At its start the damping of a fit from far away would be five hundred times what the data know of the difference.
+#[test]
+fn near_the_data_a_narrow_valley_is_gone_down_at_once() {
+    let narrow = Narrow(Cell::new(0));
+    let end = descend(&narrow, WIDE, &[0.0, 0.0], None, Effort::Contest).unwrap();
+    // min 9 (d - 1)² + d²/2 over the difference d.
+    assert!(
+        end.converged && (end.cost - 9.0 / 19.0).abs() < 2e-3,
+        "{}",
+        end.cost
+    );
+    assert!(narrow.0.get() <= 3, "{}", narrow.0.get());
+}
+
+/// A hundred values a thousand times farther than what is near: 76 steps twice as fast as one percent each come a factor of five
+/// nearer, as fast as five percent each one of two thousand.
+#[test]
+fn a_way_too_slow_to_arrive_is_not_gone() {
+    let after = |share: f64| -> Vec<f64> {
+        (0..5)
+            .map(|k| 100.0 + 30_000.0 * (1.0 - share).powi(k - 4))
+            .collect()
+    };
+    assert!(!arrives(&after(0.01), 100));
+    assert!(arrives(&after(0.05), 100));
+    // Before there are four steps to judge by, and near the data.
+    assert!(arrives(&after(0.01)[1..], 100));
+    let near: Vec<f64> = after(0.01)
+        .iter()
+        .map(|c| 100.0 + (c - 100.0) / 900.0)
+        .collect();
+    assert!(arrives(&near, 100));
+}

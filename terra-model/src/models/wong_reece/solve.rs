@@ -84,6 +84,7 @@ fn iterate<P: Root, const COARSE: usize, const FINE: usize, R>(
         rises_to: rises_to(slip, primal.rises_to()),
         tolerance: if primal.braking { HANDOVER } else { handover },
         feasible: false,
+        for_fits: const { FINE < QUICK },
     };
     let guess = || {
         let ground = &primal.ground;
