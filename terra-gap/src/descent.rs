@@ -26,6 +26,7 @@ const CERTIFICATE: f64 = 1e-4;
 /// The same for a fit of a contest, and for a carried Jacobian.
 const CONTEST: f64 = 1e-3;
 const CARRIED: f64 = 1e-2;
+const ROUGHLY: f64 = 0.1;
 /// Promise up to which a way that found no step down has converged: a tenth of the parameters' own uncertainty.
 const CONVERGED: f64 = 1e-2;
 /// Promise and gain over so many steps below which such a fit has ended at a kink of the law.
@@ -70,6 +71,8 @@ pub(crate) enum Effort {
     Below(f64),
     /// As a contest, but a Jacobian carried along by Broyden's update may end it: for fits that start at their end.
     Carried,
+    /// The same, and ended a tenth of a unit early: for looking around.
+    Roughly,
 }
 
 /// A vector of residuals and its slopes.
@@ -165,7 +168,7 @@ pub(crate) fn descend<R: Residuals>(
         if way.promise(&model) >= way.end() && way.step(&model)? {
             continue;
         }
-        let end = effort == Effort::Carried && way.promise(&model) < way.end();
+        let end = effort.ends_carried() && way.promise(&model) < way.end();
         if end || way.exact {
             // Certified, at rounding, or in a corner of the model's domain.
             stop = Stop::Down(way.exact && way.promise(&model) < CONVERGED);
@@ -177,7 +180,7 @@ pub(crate) fn descend<R: Residuals>(
     // One that was given up is only known to be far: a carried Jacobian says as much.
     let given_up = matches!(stop, Stop::GivenUp);
     let mut converged = matches!(stop, Stop::Down(true));
-    if !way.exact && effort != Effort::Carried && !given_up {
+    if !way.exact && !effort.ends_carried() && !given_up {
         way.renew()?;
         let model = Model::new(&way.here, &way.j, low, high);
         converged |= way.promise(&model) < CONVERGED;
@@ -193,9 +196,14 @@ pub(crate) fn descend<R: Residuals>(
 }
 
 impl Effort {
+    /// Whether a carried Jacobian may end it.
+    fn ends_carried(self) -> bool {
+        matches!(self, Effort::Carried | Effort::Roughly)
+    }
+
     /// Whether a Jacobian is carried along between exact ones.
     fn carries(self) -> bool {
-        matches!(self, Effort::Again | Effort::Carried)
+        self == Effort::Again || self.ends_carried()
     }
 }
 
@@ -228,6 +236,7 @@ impl<R: Residuals> Way<'_, R> {
             Effort::Certified => CERTIFICATE,
             Effort::Contest | Effort::Again | Effort::Below(_) => CONTEST,
             Effort::Carried => CARRIED.max(SETTLED * self.beyond()),
+            Effort::Roughly => ROUGHLY.max(SETTLED * self.beyond()),
         }
     }
 

@@ -32,7 +32,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use terra_model::{
-    BodyLoads, Channel, Contact, LaneDual, Law, ModelError, Motion, Root, Scalar, Vehicle,
+    BodyLoads, Channel, Contact, LaneDual, Law, ModelError, Motion, Root, Scalar, Touch, Vehicle,
     library_slip,
 };
 
@@ -126,6 +126,42 @@ impl Window {
     }
 }
 
+/// The speed over ground, and how it changes, behind what its sensor says.
+struct GroundSpeed<T> {
+    speed: T,
+    acceleration: T,
+    /// Of the sensor.
+    gain: T,
+    /// What the logged rate gains by the sensor's delay.
+    quicker: T,
+}
+
+impl<T: Scalar> GroundSpeed<T> {
+    fn of(law: &Law, p: &[T], given: &Given<T>, raw: &[T], offset: T) -> Self {
+        let rate = raw[SPEED_RATE];
+        let logged = raw[SPEED] + rate * offset;
+        if !law.acts(Touch::Sensor) {
+            return GroundSpeed {
+                speed: logged,
+                acceleration: rate,
+                gain: T::one(),
+                quicker: T::zero(),
+            };
+        }
+        let channel = Channel::GroundSpeed;
+        let late = sensor::delay(law, p, channel, raw[SPEED]);
+        let (gained, quicker) = ahead::gained(raw, &given.around, offset, late);
+        let reported = logged + gained;
+        let gain = sensor::gain(law, p, channel, reported);
+        GroundSpeed {
+            speed: sensor::truth(law, p, channel, reported),
+            acceleration: (rate + quicker) / gain,
+            gain,
+            quicker,
+        }
+    }
+}
+
 /// Predicts windows of a drive log.
 #[derive(Clone, Debug)]
 pub(crate) struct DrivePredictor {
@@ -158,18 +194,17 @@ impl DrivePredictor {
     ) -> Result<[T; VALUES], GapError> {
         let mut vehicle = lift(&self.vehicle);
         vehicle.pitch = given.pitch;
-        for (effect, e) in law.parts(p).1 {
+        for (effect, e) in law.acting(p, Touch::Vehicle) {
             vehicle = T::of_effect(&**effect).vehicle_at(e, vehicle);
         }
         // The operator weighed the payload; an error of the file's mass does not scale it.
         vehicle.mass += given.payload;
-        let rate = raw[SPEED_RATE];
-        let late = sensor::delay(law, p, Channel::GroundSpeed, raw[SPEED]);
-        let (gained, quicker) = ahead::gained(raw, &given.around, offset, late);
-        let reported = raw[SPEED] + rate * offset + gained;
-        let speed = sensor::truth(law, p, Channel::GroundSpeed, reported);
-        let speed_gain = sensor::gain(law, p, Channel::GroundSpeed, reported);
-        let acceleration = (rate + quicker) / speed_gain;
+        let GroundSpeed {
+            speed,
+            acceleration,
+            gain: speed_gain,
+            quicker,
+        } = GroundSpeed::of(law, p, given, raw, offset);
         let yaw_rate = raw[YAW_RATE] + raw[YAW_ACCELERATION] * offset;
         let wheel: [T; 4] = std::array::from_fn(|q| raw[WHEEL + q] + raw[WHEEL_RATE + q] * offset);
 
@@ -244,8 +279,7 @@ impl DrivePredictor {
             time: given.time,
         };
         let loads = law
-            .parts(p)
-            .1
+            .acting(p, Touch::Loads)
             .fold(BodyLoads::none(), |loads, (effect, e)| {
                 T::of_effect(&**effect).loads_at(e, &vehicle, &motion, loads)
             });

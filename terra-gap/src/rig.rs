@@ -9,8 +9,8 @@ use std::sync::Arc;
 
 use terra_data::{Measured, RigRow, WheelData};
 use terra_model::{
-    BodyLoads, Channel, Contact, LaneDual, Lanes, Law, Motion, Scalar, StressProfile, Vector,
-    Vehicle, library_slip,
+    BodyLoads, Channel, Contact, LaneDual, Lanes, Law, Motion, Scalar, StressProfile, Touch,
+    Vector, Vehicle, library_slip,
 };
 
 use crate::abreast::{self, WORTH, in_groups, side_by_side};
@@ -158,8 +158,7 @@ impl RigPredictor {
             };
             let vehicle = wheel_only(row, at.radius);
             let loads = law
-                .parts(p)
-                .1
+                .acting(p, Touch::Loads)
                 .fold(BodyLoads::none(), |loads, (effect, e)| {
                     T::of_effect(&**effect).loads_at(e, &vehicle, &motion, loads)
                 });

@@ -1,10 +1,11 @@
 //! From what a sensor reports back to the truth, under the effects of a law.
 
-use terra_model::{Channel, Law, Scalar};
+use terra_model::{Channel, Law, Scalar, Touch};
 
 /// What the sensor reports when the truth is `truth` and changes at `rate` per second.
 pub(crate) fn report<T: Scalar>(law: &Law, p: &[T], channel: Channel, truth: T, rate: T) -> T {
-    law.parts(p).1.fold(truth, |value, (effect, e)| {
+    let sensors = law.acting(p, Touch::Sensor);
+    sensors.fold(truth, |value, (effect, e)| {
         T::of_effect(&**effect).report_at(e, channel, value, rate)
     })
 }

@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use nalgebra::DMatrix;
-use terra_model::AnyEffect;
+use nalgebra::{DMatrix, DVector};
+use terra_model::{AnyEffect, Hook, LaneDual};
 
 use crate::dataset::DataSet;
 use crate::fit::{Fit, evaluate, evaluate_from};
@@ -14,15 +14,9 @@ use crate::predictor::Predictor;
 use crate::screen::Tangent;
 use crate::setup::Screened;
 
-/// Effects that stand in one law: as many as one pass carries derivatives.
-pub(crate) const TOGETHER: usize = 8;
-
 pub(crate) type Asked = Vec<Arc<dyn AnyEffect>>;
 
 /// Screens every candidate at a fit; effects without a trace are set aside with that reason.
-///
-/// Candidates stand in one law at magnitude zero, where each leaves the others alone, so one exact Jacobian holds the
-/// signatures of several.
 pub(crate) fn screen_all(
     data: &DataSet,
     predictor: &dyn Predictor,
@@ -41,44 +35,37 @@ pub(crate) fn screen_all(
         jacobian: whitener.apply(&here.jacobian),
         ..fit.clone()
     });
-    let of = |effects: &[Arc<dyn AnyEffect>]| columns(data, predictor, base, x, effects, whitener);
     let (mut screen, mut asked) = (vec![], vec![]);
-    for some in effects.chunks(TOGETHER) {
-        // One effect without an answer or a slope here spoils all: then each is asked by itself.
-        let together = of(some)
-            .ok()
-            .filter(|all| all.iter().all(|v| v.is_finite()));
-        for (k, effect) in some.iter().enumerate() {
-            let column = match &together {
-                Some(all) => Ok(all.column(k).into_owned()),
-                None => of(std::slice::from_ref(effect)).map(|one| one.column(0).into_owned()),
-            };
-            let reason = match column {
-                Err(reason) => reason,
-                Ok(column) if !column.iter().all(|v| v.is_finite()) => {
-                    "its signature is not finite on this data".to_owned()
-                }
-                Ok(column) if column.norm_squared() < 1e-8 => {
-                    "leaves no trace in these channels".to_owned()
-                }
-                Ok(column) => {
-                    let one_sided = effect.params().first().is_some_and(|p| p.one_sided());
-                    screen.push(Screened {
-                        name: effect.name().to_owned(),
-                        form: effect.form().to_owned(),
-                        score: tangent.score(column, one_sided),
-                    });
-                    asked.push(Arc::clone(effect));
-                    continue;
-                }
-            };
-            not_asked.push((effect.name().to_owned(), reason));
-        }
+    let found = columns(data, predictor, base, x, effects, whitener);
+    for (effect, column) in effects.iter().zip(found) {
+        let reason = match column {
+            Err(reason) => reason,
+            Ok(column) if !column.iter().all(|v| v.is_finite()) => {
+                "its signature is not finite on this data".to_owned()
+            }
+            Ok(column) if column.norm_squared() < 1e-8 => {
+                "leaves no trace in these channels".to_owned()
+            }
+            Ok(column) => {
+                let one_sided = effect.params().first().is_some_and(|p| p.one_sided());
+                screen.push(Screened {
+                    name: effect.name().to_owned(),
+                    form: effect.form().to_owned(),
+                    score: tangent.score(column, one_sided),
+                });
+                asked.push(Arc::clone(effect));
+                continue;
+            }
+        };
+        not_asked.push((effect.name().to_owned(), reason));
     }
     (screen, asked)
 }
 
 /// Whitened -dr/ds of the first magnitude of each effect; the reason where one cannot stand in the law or has no answer.
+///
+/// Effects stand in one law at magnitude zero, where each leaves the others alone, so one exact Jacobian holds the signatures of
+/// several.
 pub(crate) fn columns(
     data: &DataSet,
     predictor: &dyn Predictor,
@@ -86,18 +73,87 @@ pub(crate) fn columns(
     x: &[f64],
     effects: &[Arc<dyn AnyEffect>],
     whitener: &Whitener,
-) -> Result<DMatrix<f64>, String> {
-    let mut together = base.clone();
-    let mut firsts = vec![];
-    for effect in effects {
-        firsts.push(together.len() - base.len());
-        together = together
-            .with(Arc::clone(effect))
+) -> Vec<Result<DVector<f64>, String>> {
+    // All of them ask for the same contacts.
+    let memory = Memory::of(predictor.contacts());
+    let of = |pack: &[usize]| -> Result<DMatrix<f64>, String> {
+        let mut together = base.clone();
+        let mut firsts = vec![];
+        for &k in pack {
+            firsts.push(together.len() - base.len());
+            together = together
+                .with(Arc::clone(&effects[k]))
+                .map_err(|e| e.to_string())?;
+        }
+        let mut at = x.to_vec();
+        at.resize(together.len(), 0.0);
+        let all = evaluate_from(data, predictor, &together, &at, base.len(), &memory)
             .map_err(|e| e.to_string())?;
+        Ok(whitener.apply(&all.jacobian.select_columns(&firsts)))
+    };
+    let mut found = vec![Err("was not asked".to_owned()); effects.len()];
+    for pack in packs(effects) {
+        // One effect without an answer or a slope here spoils all: then each is asked by itself.
+        let finite = |all: &DMatrix<f64>| all.iter().all(|v| v.is_finite());
+        let together = of(&pack).ok().filter(finite);
+        for (column, &k) in pack.iter().enumerate() {
+            found[k] = match &together {
+                Some(all) => Ok(all.column(column).into_owned()),
+                None => of(&[k]).map(|one| one.column(0).into_owned()),
+            };
+        }
     }
-    let mut at = x.to_vec();
-    at.resize(together.len(), 0.0);
-    let all = evaluate_from(data, predictor, &together, &at, base.len(), &Memory::none())
-        .map_err(|e| e.to_string())?;
-    Ok(whitener.apply(&all.jacobian.select_columns(&firsts)))
+    found
+}
+
+/// Places of effects that stand in one law: no more than one pass carries derivatives for, and those under which wheels slide
+/// sideways, whose integrals cost many times as much, by themselves.
+fn packs(effects: &[Arc<dyn AnyEffect>]) -> Vec<Vec<usize>> {
+    let (sideways, others): (Vec<usize>, Vec<usize>) =
+        (0..effects.len()).partition(|&k| effects[k].needs().contains(&Hook::LateralSlip));
+    let mut out: Vec<Vec<usize>> = vec![];
+    for kind in [others, sideways] {
+        let mut room = 0;
+        for k in kind {
+            let magnitudes = effects[k].params().len();
+            match out.last_mut().filter(|_| room >= magnitudes) {
+                Some(pack) => pack.push(k),
+                None => {
+                    out.push(vec![k]);
+                    room = LaneDual::SLOPES;
+                }
+            }
+            room = room.saturating_sub(magnitudes);
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use terra_model::Registry;
+
+    use super::*;
+
+    /// The whole library, each effect once and in one pack of ten magnitudes at most; none beside one that lets wheels slide.
+    #[test]
+    fn a_pack_fits_one_pass_and_sliding_wheels_stand_apart() {
+        let registry = Registry::builtin();
+        let effects: Asked = registry.effects().to_vec();
+        let packs = packs(&effects);
+        let mut all: Vec<usize> = packs.concat();
+        all.sort_unstable();
+        assert_eq!(all, (0..effects.len()).collect::<Vec<_>>());
+        let slides = |k: &usize| effects[*k].needs().contains(&Hook::LateralSlip);
+        for pack in &packs {
+            let magnitudes: usize = pack.iter().map(|&k| effects[k].params().len()).sum();
+            assert!(magnitudes <= LaneDual::SLOPES, "{magnitudes}");
+            assert!(pack.iter().all(slides) || !pack.iter().any(slides));
+        }
+        assert!(
+            packs.len() <= 1 + effects.len().div_ceil(8),
+            "{}",
+            packs.len()
+        );
+    }
 }

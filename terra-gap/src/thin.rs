@@ -172,7 +172,7 @@ impl Thin {
         hypothesis: &Hypothesis,
         start: Vec<f64>,
     ) -> Result<Fit, GapError> {
-        let (data, effort) = (&self.data, Effort::Carried);
+        let (data, effort) = (&self.data, Effort::Roughly);
         fit_from(data, predictor, hypothesis, noise, &[start], None, effort)
     }
 }

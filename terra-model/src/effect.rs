@@ -104,7 +104,7 @@ pub trait Effect: Default + Send + Sync + 'static {
     const NEEDS: &'static [Hook] = &[];
     /// Soil values the model must know (`cohesion`, `friction_angle`).
     const NEEDS_SOIL: &'static [&'static str] = &[];
-    /// Which methods it overrides.
+    /// Which methods it overrides: the others are not called. The conformance kit finds one that is overridden and not named here.
     const TOUCHES: &'static [Touch];
     /// What of the contact it acts by: where that is 0, it changes nothing.
     const READS: &'static [Circumstance] = &[];

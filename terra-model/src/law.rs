@@ -7,7 +7,7 @@ use nalgebra::DMatrix;
 use crate::batch::{Batch, BatchForces, Precision};
 use crate::contact::Contact;
 use crate::dual::{Dual8, jacobian};
-use crate::effect::AnyEffect;
+use crate::effect::{AnyEffect, Touch};
 use crate::error::ModelError;
 use crate::forces::WheelForces;
 use crate::guard::{count, guard};
@@ -234,6 +234,21 @@ impl Law {
         (model, effects)
     }
 
+    /// The effects that act at a place, each with its magnitudes, in the order they were named.
+    pub fn acting<'s, 'p, T>(
+        &'s self,
+        p: &'p [T],
+        touch: Touch,
+    ) -> impl Iterator<Item = Share<'s, 'p, T>> {
+        let effects = self.parts(p).1;
+        effects.filter(move |(effect, _)| effect.touches().contains(&touch))
+    }
+
+    /// Whether an effect acts at a place.
+    pub fn acts(&self, touch: Touch) -> bool {
+        self.effects.iter().any(|e| e.touches().contains(&touch))
+    }
+
     /// Forces at any scalar: contact effects, model, force effects, in the order the effects were named.
     ///
     /// # Errors
@@ -261,14 +276,16 @@ impl Law {
     ) -> Result<WheelForces<T>, ModelError> {
         count(self.model.name(), self.params.len(), p.len())?;
         let model = T::of_model(&*self.model);
-        let (q, effects) = self.parts(p);
+        let q = self.parts(p).0;
+        if !self.acts(Touch::Contact) && !self.acts(Touch::Forces) {
+            return model.wheel_forces_at(q, at);
+        }
         let soil = model.soil_at(q, at);
-        for (effect, e) in effects {
+        for (effect, e) in self.acting(p, Touch::Contact) {
             T::of_effect(&**effect).alter_contact(e, &soil, at);
         }
         let mut forces = model.wheel_forces_at(q, at)?;
-        let (_, effects) = self.parts(p);
-        for (effect, e) in effects {
+        for (effect, e) in self.acting(p, Touch::Forces) {
             T::of_effect(&**effect).alter_forces(e, &soil, at, &mut forces);
         }
         Ok(forces)
@@ -347,10 +364,10 @@ impl Law {
         at: &Contact<f64>,
     ) -> Result<(&'p [f64], Contact<f64>), ModelError> {
         guard(self.model.name(), &self.params, p, at)?;
-        let (q, effects) = self.parts(p);
+        let q = self.parts(p).0;
         let soil = f64::of_model(&*self.model).soil_at(q, at);
         let mut contact = *at;
-        for (effect, e) in effects {
+        for (effect, e) in self.acting(p, Touch::Contact) {
             contact = f64::of_effect(&**effect).before_at(e, &soil, contact);
         }
         Ok((q, contact))

@@ -115,7 +115,8 @@ impl Reshaped {
         let mut at = fit.x.as_slice().to_vec();
         at.resize(h.len(), 0.0);
         let (data, predictor) = (ground.data, ground.predictor);
-        let columns = evaluate_from(data, predictor, &h, &at, fit.x.len(), &Memory::none()).ok()?;
+        let memory = Memory::of(predictor.contacts());
+        let columns = evaluate_from(data, predictor, &h, &at, fit.x.len(), &memory).ok()?;
         let columns = ground.whitener.apply(&columns.jacobian);
         let mut left: Vec<(Term, DVector<f64>)> = others
             .into_iter()

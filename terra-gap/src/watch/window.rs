@@ -20,7 +20,7 @@ use crate::error::GapError;
 use crate::fit::evaluate;
 use crate::hypothesis::Hypothesis;
 use crate::noise::NoiseModel;
-use crate::signatures::{TOGETHER, columns};
+use crate::signatures::columns;
 
 /// Share of a signature that must be left after the soil is projected out; a score of less would be about rounding and the
 /// model's curvature.
@@ -132,21 +132,12 @@ impl Nominal {
                 None => silent.clone(),
             })
             .collect();
-        let of = |effects: &[Arc<dyn AnyEffect>]| {
-            let found = columns(&data, &predictor, &self.null, &self.x, effects, &whitener);
-            found.ok().filter(|m| m.iter().all(|v| v.is_finite()))
-        };
-        for some in self.effects.chunks(TOGETHER) {
-            // One effect without an answer here spoils all: then each is asked by itself.
-            let together = of(some);
-            for (k, effect) in some.iter().enumerate() {
-                let column = match &together {
-                    Some(all) => Some(all.column(k).into_owned()),
-                    None => of(std::slice::from_ref(effect)).map(|one| one.column(0).into_owned()),
-                };
-                parts.push(column.map_or_else(|| silent.clone(), |c| part(&c)));
-            }
-        }
+        let (predictor, effects) = (&predictor, &self.effects);
+        let found = columns(&data, predictor, &self.null, &self.x, effects, &whitener);
+        parts.extend(found.into_iter().map(|column| {
+            let column = column.ok().filter(|c| c.iter().all(|v| v.is_finite()));
+            column.map_or_else(|| silent.clone(), |c| part(&c))
+        }));
         Ok(Contribution {
             spot: Spot {
                 number,

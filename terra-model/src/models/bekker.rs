@@ -147,6 +147,9 @@ pub(crate) fn apex_ratio<T: Real>(
     if braking && !inside(c1) {
         return outside("c1", c1);
     }
+    if !braking {
+        return Ok((free, false));
+    }
     let (low, high) = APEX_LIMITS;
     let held = free
         .max_of(c1.min_of(T::from(low)))
