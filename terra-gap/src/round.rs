@@ -32,6 +32,9 @@ use crate::weigh::{Amplitudes, NEAR, Weighed, again, weigh};
 const RENEW_FROM: f64 = 20.0;
 /// Misfit per value of the best single cause from which a second one is asked for before the noise is renewed.
 const PAIRS_FROM: f64 = 3.0;
+/// Share of the nominal law's misfit that an explanation may leave which is itself far from the data, for the noise to be taken
+/// at it: one that leaves more is no nearer to the truth's own slopes.
+const LEAVES: f64 = 0.5;
 /// What the noise is called where it is not taken at the end of the explanation's fit.
 const OWN_NOISE: &str = "noise by the best explanation";
 /// How often.
@@ -335,10 +338,13 @@ impl Round {
         by.log_evidence - self.base > RENEW_FROM
     }
 
-    /// The best explanation of a drive, where it is far better than the one that the noise was taken at.
+    /// The best explanation of a drive, where it is far better than the one that the noise was taken at, and explains the drive
+    /// or most of what the nominal law leaves.
     fn better(&self, kind: LogKind) -> Option<&Weighed> {
         let best = self.best()?;
-        (kind == LogKind::Drive && self.is_bettered(best)).then_some(best)
+        let left = best.chi2_per_value();
+        let explains = left < PAIRS_FROM || left < LEAVES * self.null_weighed.chi2_per_value();
+        (kind == LogKind::Drive && explains && self.is_bettered(best)).then_some(best)
     }
 
     /// The effects that say most.
