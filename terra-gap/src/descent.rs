@@ -386,12 +386,10 @@ impl<R: Residuals> Way<'_, R> {
 /// the steps left are enough.
 fn arrives(costs: &[f64], values: usize) -> bool {
     let (steps, faster) = ARRIVING;
-    let [before, .., here] = costs[costs.len().saturating_sub(steps + 1)..] else {
+    let before = costs.len().checked_sub(steps + 1);
+    let (Some(before), Some(&here)) = (before.map(|k| costs[k]), costs.last()) else {
         return true;
     };
-    if costs.len() <= steps {
-        return true;
-    }
     let beyond = |cost: f64| cost - values as f64;
     let left = (MAX_STEPS + 1).saturating_sub(costs.len()) as f64;
     let pace = (beyond(before) / beyond(here)).ln() / steps as f64;

@@ -33,7 +33,8 @@ const RENEW_FROM: f64 = 20.0;
 /// Misfit per value of the best single cause from which a second one is asked for before the noise is renewed.
 const PAIRS_FROM: f64 = 3.0;
 /// Share of the nominal law's misfit that an explanation may leave which is itself far from the data, for the noise to be taken
-/// at it: one that leaves more is no nearer to the truth's own slopes.
+/// at it: one that leaves more is no nearer to the truth's own slopes. Of 57 sealed drives so far from the data (seeds 353535 and
+/// 373737) the eight whose cause is in the set had one that left .37 at most, most others one that left more than a half.
 const LEAVES: f64 = 0.5;
 /// What the noise is called where it is not taken at the end of the explanation's fit.
 const OWN_NOISE: &str = "noise by the best explanation";
@@ -342,8 +343,7 @@ impl Round {
     /// or most of what the nominal law leaves.
     fn better(&self, kind: LogKind) -> Option<&Weighed> {
         let best = self.best()?;
-        let left = best.chi2_per_value();
-        let explains = left < PAIRS_FROM || left < LEAVES * self.null_weighed.chi2_per_value();
+        let explains = explains(best.chi2_per_value(), self.null_weighed.chi2_per_value());
         (kind == LogKind::Drive && explains && self.is_bettered(best)).then_some(best)
     }
 
@@ -351,5 +351,23 @@ impl Round {
     fn best(&self) -> Option<&Weighed> {
         let all = self.all();
         all.max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence))
+    }
+}
+
+/// Whether an explanation stands near the data, or takes most of the nominal law's misfit away, both per value.
+fn explains(left: f64, nominal: f64) -> bool {
+    left < PAIRS_FROM || left < LEAVES * nominal
+}
+
+#[cfg(test)]
+mod tests {
+    use super::explains;
+
+    /// One that fits, one far from the data that takes three quarters of the misfit, and one that takes a tenth.
+    #[test]
+    fn noise_is_taken_where_something_is_explained() {
+        assert!(explains(1.1, 1.5));
+        assert!(explains(40.0, 160.0));
+        assert!(!explains(36.0, 40.0));
     }
 }

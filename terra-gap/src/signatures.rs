@@ -91,19 +91,21 @@ pub(crate) fn columns(
             .map_err(|e| e.to_string())?;
         Ok(whitener.apply(&all.jacobian.select_columns(&firsts)))
     };
-    let mut found = vec![Err("was not asked".to_owned()); effects.len()];
+    let mut found: Vec<(usize, Result<DVector<f64>, String>)> = vec![];
     for pack in packs(effects) {
         // One effect without an answer or a slope here spoils all: then each is asked by itself.
         let finite = |all: &DMatrix<f64>| all.iter().all(|v| v.is_finite());
         let together = of(&pack).ok().filter(finite);
         for (column, &k) in pack.iter().enumerate() {
-            found[k] = match &together {
+            let own = match &together {
                 Some(all) => Ok(all.column(column).into_owned()),
                 None => of(&[k]).map(|one| one.column(0).into_owned()),
             };
+            found.push((k, own));
         }
     }
-    found
+    found.sort_by_key(|(k, _)| *k);
+    found.into_iter().map(|(_, own)| own).collect()
 }
 
 /// Places of effects that stand in one law: no more than one pass carries derivatives for, and those under which wheels slide

@@ -1,4 +1,4 @@
-//! The same law of contacts side by side at a third of the cost, driven to 1e-5 and braked to 1e-4: for fits, whose data know
+//! The same law of contacts side by side at less than half the cost, driven to 1e-5 and braked to 1e-4: for fits, whose data know
 //! forces to a hundredth.
 
 use super::solve::Start;
