@@ -103,8 +103,8 @@ pub trait TerrainModel: Default + Send + Sync + 'static {
         Ok(())
     }
 
-    /// The same law at less cost, to a part in ten thousand of the forces: for fits, whose data know them to a hundredth. None: this
-    /// is it.
+    /// The same law at less cost, to a part in ten thousand of the forces, or a thousand where the soil is about to give way: for
+    /// fits, whose data know them to a hundredth. None: this is it.
     fn quick(&self) -> Option<Arc<dyn AnyModel>> {
         None
     }

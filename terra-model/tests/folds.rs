@@ -45,7 +45,8 @@ impl Draws {
 }
 
 /// Braked wheels on random soils, with humps of the shear curve and rear contacts among them: the quick law says where the soil
-/// gives way as the exact one does, and no other root is taken for the one that a sinking wheel reaches.
+/// gives way as the exact one does, its entry angle is right to a part in a thousand even there, and no other root is taken for the
+/// one that a sinking wheel reaches.
 #[test]
 fn the_quick_law_sees_the_folds_that_there_are() {
     let law = Registry::builtin().law("wong-reece").unwrap();
@@ -59,7 +60,7 @@ fn the_quick_law_sees_the_folds_that_there_are() {
             (Ok(exact), Ok(found)) => {
                 let entry = exact.angles.unwrap().entry;
                 let off = found.angles.unwrap().entry.lane(3) / entry - 1.0;
-                assert!(off.abs() < 2e-3, "{off} {p:?} {at:?}");
+                assert!(off.abs() < 1e-3, "{off} {p:?} {at:?}");
                 carried += 1;
             }
             (Err(ModelError::NoEquilibrium { .. }), Err(ModelError::NoEquilibrium { .. })) => {

@@ -1,5 +1,6 @@
 //! The same law of contacts side by side at less than half the cost, driven to 1e-5 and braked to 1e-4: for fits, whose data know
-//! forces to a hundredth.
+//! forces to a hundredth. Where the soil is about to give way under a braked wheel a load hardly holds its entry angle: there that
+//! is right to 1e-3.
 
 use super::solve::Start;
 use super::wheel::Integrals;
