@@ -293,8 +293,11 @@ pub(crate) enum Campaign {
         #[arg(long, value_name = "FILE")]
         json: Option<PathBuf>,
     },
-    /// Rigs whose ground follows another wheel law than the simulator that is diagnosed, with and without a baseline log.
+    /// Ground that follows another wheel law than the simulator that is diagnosed, with and without a baseline log.
     CrossStructure {
+        /// Design: rig, rich, flat, steps, ramp.
+        #[arg(long, default_value = "rig")]
+        design: String,
         /// Cases.
         #[arg(long, default_value_t = 96, value_parser = clap::value_parser!(u32).range(1..=100_000))]
         cases: u32,

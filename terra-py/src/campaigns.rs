@@ -91,11 +91,12 @@ pub(crate) fn campaign_gap_calibration(
 pub(crate) fn campaign_cross_structure(
     py: Python<'_>,
     out: PathBuf,
+    design: String,
     cases: usize,
     seed: u64,
 ) -> PyResult<Bound<'_, PyAny>> {
     let done = interrupt::run_until(py, move |stop| {
-        tasks::campaign_cross_structure(cases, seed, &out, stop)
+        tasks::campaign_cross_structure(&design, cases, seed, &out, stop)
     })?;
     to_python(py, &done.map_err(raise)?)
 }

@@ -16,7 +16,7 @@ mod library;
 mod make;
 mod marks;
 mod metrics;
-mod moving;
+pub(crate) mod moving;
 pub(crate) mod random;
 mod reveal;
 mod score;

@@ -5,15 +5,18 @@ use std::path::Path;
 
 use rayon::prelude::*;
 use serde_json::{Value, json};
+use terra_data::Rover;
 use terra_data::atomic_write;
 use terra_gap::{
-    Calibration, Diagnosis, Evidence, GapError, Settings, diagnose_rig, diagnose_rig_against,
+    Calibration, Diagnosis, Evidence, GapError, LogKind, Settings, diagnose_drive,
+    diagnose_drive_against, diagnose_rig, diagnose_rig_against,
 };
 use terra_model::Registry;
 
 use super::campaign_gap::shown;
 use crate::campaign::cross::{Answer, Case, Marked, Programme, Truth, figures};
 use crate::campaign::targets::Target;
+use crate::challenge::design::AnyLog;
 use crate::challenge::read_json;
 use crate::error::CliError;
 use crate::output;
@@ -23,29 +26,31 @@ use crate::progress::Watch;
 const RANKED: usize = 8;
 
 pub(crate) fn run(
+    design: &str,
     cases: usize,
     seed: u64,
     out: &Path,
     file: Option<&Path>,
     quiet: bool,
 ) -> Result<(), CliError> {
-    let rows = marked(cases, seed, out, &Watch::shown(quiet))?;
+    let rows = marked(design, cases, seed, out, &Watch::shown(quiet))?;
     if file.is_some() {
-        output::json(file, &as_json(cases, seed, &rows))?;
+        output::json(file, &as_json(design, cases, seed, &rows))?;
     }
     output::stdout(&format!(
-        "{cases} cases of a rig, ground and nominal simulator of different structure{}",
+        "{cases} cases of design {design}, ground and nominal simulator of different structure{}",
         shown(&rows)
     ))
 }
 
 /// `terra campaign cross-structure --json`.
-pub(crate) fn as_json(cases: usize, seed: u64, rows: &[Target]) -> Value {
-    json!({ "campaign": "cross-structure", "cases": cases, "seed": seed, "figures": rows })
+pub(crate) fn as_json(design: &str, cases: usize, seed: u64, rows: &[Target]) -> Value {
+    json!({ "campaign": "cross-structure", "design": design, "cases": cases, "seed": seed, "figures": rows })
 }
 
 /// Draws, diagnoses and marks the cases, into a folder.
 pub(crate) fn marked(
+    design: &str,
     cases: usize,
     seed: u64,
     out: &Path,
@@ -55,8 +60,9 @@ pub(crate) fn marked(
         target: out.display().to_string(),
         reason,
     })?;
-    let programme = Programme::new()?;
+    let programme = Programme::new(design)?;
     let registry = Registry::builtin();
+    let name = programme.name();
     let bar = watch.bar(cases, "diagnosing");
     let digits = cases.to_string().len().max(3);
     let marked: Vec<Result<Marked, CliError>> = (0..cases)
@@ -64,7 +70,7 @@ pub(crate) fn marked(
         .map(|k| {
             watch.go_on()?;
             // Each case is written when it is there, whole: an interrupt costs no more than what is in work.
-            let path = out.join(format!("seed_{seed}_case_{:0digits$}.json", k + 1));
+            let path = out.join(format!("{name}_seed_{seed}_case_{:0digits$}.json", k + 1));
             let marked = if path.exists() {
                 read_json(&path)
             } else {
@@ -78,12 +84,12 @@ pub(crate) fn marked(
         .collect();
     drop(bar);
     let marked: Vec<Marked> = marked.into_iter().collect::<Result<_, _>>()?;
-    learn(&marked, seed, out)?;
+    learn(&programme, &marked, seed, out)?;
     Ok(figures(&marked))
 }
 
 /// What these cases teach for those of another seed, beside them.
-fn learn(marked: &[Marked], seed: u64, out: &Path) -> Result<(), CliError> {
+fn learn(programme: &Programme, marked: &[Marked], seed: u64, out: &Path) -> Result<(), CliError> {
     let known: Vec<terra_gap::Case> = marked
         .iter()
         .filter(|m| m.with_baseline.refused.is_none())
@@ -97,10 +103,15 @@ fn learn(marked: &[Marked], seed: u64, out: &Path) -> Result<(), CliError> {
         })
         .collect();
     let source = format!(
-        "terra campaign cross-structure --cases {} --seed {seed}",
+        "terra campaign cross-structure --design {} --cases {} --seed {seed}",
+        programme.name(),
         marked.len()
     );
-    let learned = Calibration::learn(&known, &Calibration::frozen_contrast()?, source).to_toml()?;
+    let frozen = match programme.manoeuvres() {
+        0 => Calibration::frozen_contrast()?,
+        n => Calibration::frozen(LogKind::Drive, n)?,
+    };
+    let learned = Calibration::learn(&known, &frozen, source).to_toml()?;
     atomic_write(out.join("calibration.toml"), |w| {
         std::io::Write::write_all(w, learned.as_bytes())
     })?;
@@ -110,11 +121,8 @@ fn learn(marked: &[Marked], seed: u64, out: &Path) -> Result<(), CliError> {
 fn mark(case: &Case, programme: &Programme, registry: &Registry) -> Marked {
     let own = programme.rover(case.ground);
     let other = programme.rover(case.nominal);
-    let against = |rover| {
-        let settings = Settings::of(rover);
-        diagnose_rig_against(&case.sim, &case.real, rover, registry, &settings, false)
-    };
-    let alone = diagnose_rig(&case.real, &other, registry, &Settings::of(&other));
+    let against = |rover| diagnosed(Some(&case.sim), &case.real, rover, registry);
+    let alone = diagnosed(None, &case.real, &other, registry);
     let (form, magnitude) = match &case.effect {
         Some(e) => (e.form.clone(), e.magnitude.clone()),
         None => (None, vec![]),
@@ -130,14 +138,37 @@ fn mark(case: &Case, programme: &Programme, registry: &Registry) -> Marked {
         with_baseline: told(with_baseline.as_ref()),
         without: told(alone.as_ref()),
         shared_law: told(against(&own).as_ref()),
-        evidence: with_baseline.map_or_else(|_| Evidence::default(), |(d, _)| d.evidence),
+        evidence: with_baseline.map_or_else(|_| Evidence::default(), |d| d.evidence),
+    }
+}
+
+/// A log of either kind diagnosed, alone or against an outside simulator's of the same kind.
+fn diagnosed(
+    sim: Option<&AnyLog>,
+    real: &AnyLog,
+    rover: &Rover,
+    registry: &Registry,
+) -> Result<Diagnosis, GapError> {
+    let settings = Settings::of(rover);
+    match (sim, real) {
+        (None, AnyLog::Rig(real)) => diagnose_rig(real, rover, registry, &settings).map(|d| d.0),
+        (None, AnyLog::Drive(real)) => diagnose_drive(real, rover, registry, &settings),
+        (Some(AnyLog::Rig(sim)), AnyLog::Rig(real)) => {
+            diagnose_rig_against(sim, real, rover, registry, &settings, false).map(|d| d.0)
+        }
+        (Some(AnyLog::Drive(sim)), AnyLog::Drive(real)) => {
+            diagnose_drive_against(sim, real, rover, registry, &settings, false)
+        }
+        (Some(_), _) => Err(GapError::Mismatch(
+            "a drive can only be compared with a drive, a rig with a rig".to_owned(),
+        )),
     }
 }
 
 /// The answer, or that there is none: an error in one case is counted against the diagnosis and costs no other case.
-fn told<P>(found: Result<&(Diagnosis, P), &GapError>) -> Answer {
+fn told(found: Result<&Diagnosis, &GapError>) -> Answer {
     match found {
-        Ok((diagnosis, _)) => answer(diagnosis),
+        Ok(diagnosis) => answer(diagnosis),
         Err(why) => Answer::refused(why.to_string()),
     }
 }

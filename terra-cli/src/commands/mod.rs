@@ -113,11 +113,12 @@ pub(crate) fn dispatch(args: Args) -> Result<(), CliError> {
             json,
         }) => campaign_gap::run(&cases, left_out, json.as_deref(), quiet),
         Command::Campaign(Campaign::CrossStructure {
+            design,
             cases,
             seed,
             out,
             json,
-        }) => campaign_cross::run(cases as usize, seed, &out, json.as_deref(), quiet),
+        }) => campaign_cross::run(&design, cases as usize, seed, &out, json.as_deref(), quiet),
         Command::Campaign(Campaign::GapCalibration { cases }) => {
             campaign_gap::run_calibration(&cases, quiet)
         }

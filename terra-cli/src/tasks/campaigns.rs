@@ -112,14 +112,16 @@ pub fn campaign_gap_calibration(cases: &Cases, stop: &Stop) -> Result<String, Cl
 /// # Errors
 /// As the command.
 pub fn campaign_cross_structure(
+    design: &str,
     cases: usize,
     seed: u64,
     out: &Path,
     stop: &Stop,
 ) -> Result<Value, CliError> {
     within("cases", cases, 1, 100_000)?;
-    let rows = campaign_cross::marked(cases, seed, out, &Watch::silent(stop))?;
-    Ok(campaign_cross::as_json(cases, seed, &rows))
+    among("design", &[design.to_owned()], &DESIGNS)?;
+    let rows = campaign_cross::marked(design, cases, seed, out, &Watch::silent(stop))?;
+    Ok(campaign_cross::as_json(design, cases, seed, &rows))
 }
 
 /// Names that are all known.

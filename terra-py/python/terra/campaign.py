@@ -122,12 +122,13 @@ def gap_calibration(
 
 
 def cross_structure(
-    out: str | os.PathLike[str], *, cases: int = 96, seed: int = 1
+    out: str | os.PathLike[str], *, design: str = "rig", cases: int = 96, seed: int = 1
 ) -> dict[str, Any]:
-    """Rigs whose ground follows another wheel law than the simulator that is diagnosed, with and without a baseline log.
+    """Ground that follows another wheel law than the simulator that is diagnosed, with and without a baseline log.
 
     Args:
         out: folder for the answers and the calibration that they teach; what is there already is kept.
+        design: rig, rich, flat, steps or ramp.
         cases: how many.
         seed: of everything that is drawn.
 
@@ -135,6 +136,6 @@ def cross_structure(
         The content of ``--json``: in ``figures`` a figure each, with its 95 % interval.
 
     Raises:
-        ConfigurationError: no cases.
+        ConfigurationError: no cases, an unknown design.
     """
-    return _terra.campaign_cross_structure(out, cases, seed)
+    return _terra.campaign_cross_structure(out, design, cases, seed)

@@ -1,13 +1,14 @@
 //! The cases: structure, soil, cause and magnitude, each by the case's own stream.
 
-use terra_data::{RigLog, Rover, Start};
+use terra_data::{Rover, Start};
 use terra_gap::is_instrument;
-use terra_sim::{EffectSetting, Scenario, simulate_rig};
+use terra_sim::{EffectSetting, Scenario};
 
 use super::{STRUCTURES, Truth};
 use crate::challenge::carry::{carried, quiet};
-use crate::challenge::design::{Design, simulate};
+use crate::challenge::design::{AnyLog, Design, simulate};
 use crate::challenge::draw::{Soils, magnitude};
+use crate::challenge::moving::{moves, needed};
 use crate::challenge::random::Draws;
 use crate::challenge::{Known, Library};
 use crate::error::CliError;
@@ -23,7 +24,7 @@ const KINDS: [Truth; 8] = [
     Truth::Physical,
     Truth::Soil,
 ];
-/// Soils and magnitudes that are tried until the rig can be simulated.
+/// Soils and magnitudes that are tried until rig or vehicle get through.
 const ATTEMPTS: usize = 60;
 
 /// What one structure can be the truth of.
@@ -35,7 +36,7 @@ struct Structure {
     other_forms: Vec<Known>,
 }
 
-/// The rig's programme under every structure.
+/// The design's programme under every structure.
 pub(crate) struct Programme {
     design: Design,
     truths: Library,
@@ -53,16 +54,16 @@ pub(crate) struct Case {
     pub(crate) nominal: &'static str,
     pub(crate) effect: Option<EffectSetting>,
     /// The outside simulator's log.
-    pub(crate) sim: RigLog,
+    pub(crate) sim: AnyLog,
     /// The log to be diagnosed.
-    pub(crate) real: RigLog,
+    pub(crate) real: AnyLog,
 }
 
 impl Programme {
     /// # Errors
-    /// A structure that the rig's design cannot be simulated with.
-    pub(crate) fn new() -> Result<Self, CliError> {
-        let design = Design::named("rig")?;
+    /// An unknown design; a structure that it cannot be simulated with.
+    pub(crate) fn new(design: &str) -> Result<Self, CliError> {
+        let design = Design::named(design)?;
         let library = Library::builtin();
         let structures = STRUCTURES
             .into_iter()
@@ -94,6 +95,16 @@ impl Programme {
             truths: library,
             structures,
         })
+    }
+
+    /// Name of the design.
+    pub(crate) fn name(&self) -> &str {
+        &self.design.sealed.name
+    }
+
+    /// Manoeuvres of a drive, none of a rig.
+    pub(crate) fn manoeuvres(&self) -> usize {
+        self.design.scenario.segments.len()
     }
 
     /// The nominal simulator of a structure.
@@ -158,7 +169,7 @@ impl Programme {
         truth: Truth,
         known: Option<&Known>,
         draws: &mut Draws,
-    ) -> Result<(Option<EffectSetting>, RigLog, RigLog), CliError> {
+    ) -> Result<(Option<EffectSetting>, AnyLog, AnyLog), CliError> {
         let mut scenario = Scenario {
             model: ground.name.to_owned(),
             seed: draws.seed(),
@@ -179,13 +190,18 @@ impl Programme {
         let on = |scenario: &mut Scenario, soil| {
             scenario.left = Start::Values(soil);
             scenario.right = scenario.left.clone();
-            simulate_rig(scenario, &self.design.rover, self.truths.registry())
+            let log = simulate(scenario, &self.design.rover, self.truths.registry())?;
+            if moves(&log, self.design.rover.wheel.radius, needed(&self.design)) {
+                Ok(log)
+            } else {
+                Err(CliError::data("the vehicle hardly moves", "other soil"))
+            }
         };
-        let sim = on(&mut scenario, soil.clone())?.log;
+        let sim = on(&mut scenario, soil.clone())?;
         scenario.seed = draws.seed();
         scenario.effects.extend(effect.clone());
         let soil = if truth == Truth::Soil { other } else { soil };
-        let real = on(&mut scenario, soil)?.log;
+        let real = on(&mut scenario, soil)?;
         Ok((effect, sim, real))
     }
 }
