@@ -6,7 +6,7 @@
 //! a² diag(s) K diag(s), K = exp(-(Δ slip)²/(2 ℓ²)) inside each channel, ℓ = .25. What is only known from another log
 //! (see [`Inherited`]) adds G P G'.
 
-use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn, SymmetricEigen};
 
 use crate::dataset::{DataSet, Observation};
 use crate::error::GapError;
@@ -99,9 +99,6 @@ impl NoiseModel {
     /// # Errors
     /// [`GapError::NotPositiveDefinite`].
     pub(crate) fn whitener(&self, data: &DataSet) -> Result<Whitener, GapError> {
-        if self.common.is_some() {
-            return self.dense(DMatrix::zeros(data.len(), data.len()));
-        }
         let mut log_det = 0.0;
         let blocks = self
             .blocks
@@ -115,8 +112,16 @@ impl NoiseModel {
                 Ok(c)
             })
             .collect::<Result<Vec<_>, GapError>>()?;
+        let shared = self.common.as_ref().map(|common| {
+            let (shared, more) = shared(by_blocks(&blocks, common));
+            log_det += more;
+            shared
+        });
         Ok(Whitener {
-            kind: Kind::Blocks(blocks),
+            kind: match shared {
+                Some(shared) => Kind::Shared(blocks, shared),
+                None => Kind::Blocks(blocks),
+            },
             log_det,
         })
     }
@@ -210,7 +215,36 @@ fn log_determinant(c: &Cholesky<f64, Dyn>) -> f64 {
     2.0 * c.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>()
 }
 
-/// L^-1 with L L' = covariance.
+/// L^-1 m of the blocks' roots.
+fn by_blocks(blocks: &[Cholesky<f64, Dyn>], m: &DMatrix<f64>) -> DMatrix<f64> {
+    let mut out = m.clone();
+    let mut at = 0;
+    for c in blocks {
+        let k = c.l_dirty().nrows();
+        let mut rows = out.rows_mut(at, k);
+        c.l_dirty().solve_lower_triangular_mut(&mut rows);
+        at += k;
+    }
+    out
+}
+
+/// A (n x r) with I - A A' = (I + U U')^(-1/2), and ln det (I + U U'), for U (n x r) of few columns.
+///
+/// With U'U = Q Λ Q' and s² = 1 + λ: A = U Q diag(1/(s (s + 1)))^(1/2).
+fn shared(u: DMatrix<f64>) -> (DMatrix<f64>, f64) {
+    let SymmetricEigen {
+        eigenvectors,
+        eigenvalues,
+    } = u.tr_mul(&u).symmetric_eigen();
+    let s = eigenvalues.map(|l| (1.0 + l.max(0.0)).sqrt());
+    let mut a = u * eigenvectors;
+    for (mut column, s) in a.column_iter_mut().zip(s.iter()) {
+        column /= (s * (s + 1.0)).sqrt();
+    }
+    (a, 2.0 * s.iter().map(|s| s.ln()).sum::<f64>())
+}
+
+/// W with W' W = covariance^-1.
 #[derive(Clone, Debug)]
 pub(crate) struct Whitener {
     kind: Kind,
@@ -220,32 +254,34 @@ pub(crate) struct Whitener {
 
 #[derive(Clone, Debug)]
 enum Kind {
+    /// Every observation its own.
     Blocks(Vec<Cholesky<f64, Dyn>>),
+    /// The same, and a few directions that all share, as [`shared`].
+    Shared(Vec<Cholesky<f64, Dyn>>, DMatrix<f64>),
+    /// Any.
     Dense(Box<Cholesky<f64, Dyn>>),
 }
 
 impl Whitener {
-    /// L^-1 m for stacked rows.
+    /// W m for stacked rows.
     pub(crate) fn apply(&self, m: &DMatrix<f64>) -> DMatrix<f64> {
-        let mut out = m.clone();
         match &self.kind {
             Kind::Dense(c) => {
+                let mut out = m.clone();
                 c.l_dirty().solve_lower_triangular_mut(&mut out);
+                out
             }
-            Kind::Blocks(blocks) => {
-                let mut at = 0;
-                for c in blocks {
-                    let k = c.l_dirty().nrows();
-                    let mut rows = out.rows_mut(at, k);
-                    c.l_dirty().solve_lower_triangular_mut(&mut rows);
-                    at += k;
-                }
+            Kind::Blocks(blocks) => by_blocks(blocks, m),
+            Kind::Shared(blocks, shared) => {
+                let mut out = by_blocks(blocks, m);
+                let along = shared.tr_mul(&out);
+                out.gemm(-1.0, shared, &along, 1.0);
+                out
             }
         }
-        out
     }
 
-    /// L^-1 v.
+    /// W v.
     pub(crate) fn apply_vector(&self, v: &DVector<f64>) -> DVector<f64> {
         let m = self.apply(&DMatrix::from_column_slice(v.len(), 1, v.as_slice()));
         DVector::from_column_slice(m.as_slice())
@@ -289,7 +325,7 @@ mod tests {
         }
     }
 
-    /// What values share is a covariance G G' on top of the blocks: |L^-1 v|² = v' (B + G G')^-1 v and ln det, for all rows and
+    /// What values share is a covariance G G' on top of the blocks: |W v|² = v' (B + G G')^-1 v and ln det, for all rows and
     /// for those of a part.
     #[test]
     fn shared_noise_is_one_covariance() {

@@ -2,7 +2,7 @@
 
 use crate::dataset::DataSet;
 use crate::error::GapError;
-use crate::fit::{Fit, fit_from, residual};
+use crate::fit::{Effort, Fit, fit_from, residual};
 use crate::hypothesis::Hypothesis;
 use crate::latent::recentre;
 use crate::noise::NoiseModel;
@@ -12,7 +12,7 @@ use crate::roughness;
 use crate::settings::LogKind;
 use crate::setup::Setup;
 use crate::thin::Thin;
-use crate::weigh::{NEAR, again};
+use crate::weigh::NEAR;
 
 /// Slip below which a row counts as braking for the second try: rows at zero slip scatter to both sides.
 const BRAKING: f64 = -0.05;
@@ -38,7 +38,7 @@ pub(crate) struct Refit {
 /// What is noted of a re-fit whose end is not certified.
 pub(crate) const NO_END: &str = "the re-fit of the nominal model did not converge";
 
-/// Re-fits the nominal model; `None` when motion alone cannot be fitted.
+/// Re-fits the nominal model, each fit with this effort; `None` when motion alone cannot be fitted.
 ///
 /// Braking is an extension of the wheel laws. Where a rig's braking rows keep a fit from converging they are left out, and
 /// counted with that reason.
@@ -50,8 +50,9 @@ pub(crate) fn refit(
     predictor: &dyn Predictor,
     setup: &Setup<'_>,
     null: &Hypothesis,
+    effort: Effort,
 ) -> Result<Option<Refit>, GapError> {
-    let found = settle(data, predictor, setup, null)?;
+    let found = settle(data, predictor, setup, null, effort)?;
     if found.fitted.converged {
         return Ok(Some(found));
     }
@@ -64,7 +65,7 @@ pub(crate) fn refit(
     if setup.kind == LogKind::Rig && rows > 0 && data.len() >= 2 * null.len() {
         let mut driven = data.clone();
         driven.observations.retain(|o| !braking(o));
-        let found = settle(&mut driven, predictor, setup, null)?;
+        let found = settle(&mut driven, predictor, setup, null, effort)?;
         if found.fitted.converged {
             *data = driven;
             let reason = "braking: with these rows the nominal model's re-fit does not converge";
@@ -85,6 +86,7 @@ fn settle(
     predictor: &dyn Predictor,
     setup: &Setup<'_>,
     null: &Hypothesis,
+    effort: Effort,
 ) -> Result<Refit, GapError> {
     // A fit before may have moved the inputs; this one begins at what was measured.
     data.observations.iter_mut().for_each(|o| o.shift.clear());
@@ -118,7 +120,7 @@ fn settle(
     }
     let fit =
         |data: &DataSet, predictor: &dyn Predictor, noise: &NoiseModel, starts: &[Vec<f64>]| {
-            let (whitener, effort) = (noise.whitener(data)?, again(setup.kind));
+            let whitener = noise.whitener(data)?;
             fit_from(data, predictor, null, &whitener, starts, None, effort)
         };
     // The noise at a soil, with the ground's roughness as a fit leaves it over.

@@ -24,6 +24,7 @@ use crate::null::{NO_END, Refit, drop_unanswered, refit};
 use crate::parallel::for_each;
 use crate::run::setup;
 use crate::settings::{LogKind, Settings};
+use crate::weigh::again;
 
 /// Fewest usable windows of a baseline.
 const FEWEST: usize = 30;
@@ -146,7 +147,7 @@ pub(crate) fn learn(
             dropped.join(", ")
         )));
     }
-    let mut found = refit(&mut data, &predictor, &setup, &null)?;
+    let mut found = refit(&mut data, &predictor, &setup, &null, again(setup.kind))?;
     // A diagnosis goes on from an end that is not certified; a baseline is all there is.
     if let Some(found) = found.as_mut().filter(|f| !f.fitted.converged) {
         let whitener = found.noise.whitener(&data)?;
