@@ -20,11 +20,11 @@ use terra_model::{ForceLaw, Law, Registry, Scale};
 use crate::dataset::DataSet;
 use crate::error::GapError;
 use crate::evidence::posterior;
-use crate::fit::{Effort, Fit};
+use crate::fit::Fit;
 use crate::form_error::{Form, is_form_error};
 use crate::hypothesis::Hypothesis;
 use crate::noise::Inherited;
-use crate::null::{drop_unanswered, refit};
+use crate::null::{drop_unanswered, refit_to_the_end};
 use crate::predictor::Predictor;
 use crate::settings::LogKind;
 use crate::setup::{OTHER_SOIL, Rival, Setup};
@@ -99,8 +99,7 @@ pub(crate) fn against<'a>(
             null.len()
         )));
     }
-    // No rival is at hand: a fit that stays far from the simulator's log is followed to its end all the same.
-    let found = refit(&mut data, predictor, &setup, &null, Effort::Certified)?;
+    let found = refit_to_the_end(&mut data, predictor, &setup, &null)?;
     let ended = |fit: &Fit| {
         let misfit = (fit.chi2() / data.len() as f64).max(1.0);
         fit.converged || fit.promise() < ENDED * misfit

@@ -2,7 +2,7 @@
 
 use crate::dataset::DataSet;
 use crate::error::GapError;
-use crate::fit::{Effort, Fit, fit_from, residual};
+use crate::fit::{Effort, Fit, fit_from, fit_near, residual};
 use crate::hypothesis::Hypothesis;
 use crate::latent::recentre;
 use crate::noise::NoiseModel;
@@ -12,7 +12,7 @@ use crate::roughness;
 use crate::settings::LogKind;
 use crate::setup::Setup;
 use crate::thin::Thin;
-use crate::weigh::NEAR;
+use crate::weigh::{NEAR, again};
 
 /// Slip below which a row counts as braking for the second try: rows at zero slip scatter to both sides.
 const BRAKING: f64 = -0.05;
@@ -36,9 +36,9 @@ pub(crate) struct Refit {
 }
 
 /// What is noted of a re-fit whose end is not certified.
-pub(crate) const NO_END: &str = "the re-fit of the nominal model did not converge";
+const NO_END: &str = "the re-fit of the nominal model did not converge";
 
-/// Re-fits the nominal model, each fit with this effort; `None` when motion alone cannot be fitted.
+/// Re-fits the nominal model; `None` when motion alone cannot be fitted.
 ///
 /// Braking is an extension of the wheel laws. Where a rig's braking rows keep a fit from converging they are left out, and
 /// counted with that reason.
@@ -50,9 +50,8 @@ pub(crate) fn refit(
     predictor: &dyn Predictor,
     setup: &Setup<'_>,
     null: &Hypothesis,
-    effort: Effort,
 ) -> Result<Option<Refit>, GapError> {
-    let found = settle(data, predictor, setup, null, effort)?;
+    let found = settle(data, predictor, setup, null)?;
     if found.fitted.converged {
         return Ok(Some(found));
     }
@@ -65,7 +64,7 @@ pub(crate) fn refit(
     if setup.kind == LogKind::Rig && rows > 0 && data.len() >= 2 * null.len() {
         let mut driven = data.clone();
         driven.observations.retain(|o| !braking(o));
-        let found = settle(&mut driven, predictor, setup, null, effort)?;
+        let found = settle(&mut driven, predictor, setup, null)?;
         if found.fitted.converged {
             *data = driven;
             let reason = "braking: with these rows the nominal model's re-fit does not converge";
@@ -79,6 +78,28 @@ pub(crate) fn refit(
     Ok(Some(found))
 }
 
+/// The same, gone on with until no step leads down any more: a diagnosis goes on from an end that is not certified, but where there
+/// are no rivals it is all there is.
+///
+/// # Errors
+/// As [`refit`].
+pub(crate) fn refit_to_the_end(
+    data: &mut DataSet,
+    predictor: &dyn Predictor,
+    setup: &Setup<'_>,
+    null: &Hypothesis,
+) -> Result<Option<Refit>, GapError> {
+    let mut found = refit(data, predictor, setup, null)?;
+    if let Some(found) = found.as_mut().filter(|f| !f.fitted.converged) {
+        let whitener = found.noise.whitener(data)?;
+        let end = found.fitted.x.as_slice().to_vec();
+        let (predictor, effort) = (&*found.predictor, Effort::Certified);
+        found.fitted = fit_near(data, predictor, null, &whitener, &end, None, effort)?;
+        data.notes.retain(|n| n != NO_END);
+    }
+    Ok(found)
+}
+
 /// The noise depends on the slopes of the model, the model on the noise: two rounds settle it. Where a drive's re-fit stays far
 /// from the data its slopes are not the truth's either, and those of the prior centre stand until there is an explanation.
 fn settle(
@@ -86,7 +107,6 @@ fn settle(
     predictor: &dyn Predictor,
     setup: &Setup<'_>,
     null: &Hypothesis,
-    effort: Effort,
 ) -> Result<Refit, GapError> {
     // A fit before may have moved the inputs; this one begins at what was measured.
     data.observations.iter_mut().for_each(|o| o.shift.clear());
@@ -120,7 +140,7 @@ fn settle(
     }
     let fit =
         |data: &DataSet, predictor: &dyn Predictor, noise: &NoiseModel, starts: &[Vec<f64>]| {
-            let whitener = noise.whitener(data)?;
+            let (whitener, effort) = (noise.whitener(data)?, again(setup.kind));
             fit_from(data, predictor, null, &whitener, starts, None, effort)
         };
     // The noise at a soil, with the ground's roughness as a fit leaves it over.

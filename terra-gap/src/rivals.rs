@@ -20,7 +20,7 @@ use crate::settings::{LogKind, Settings};
 use crate::setup::{ADEQUATE, Screened, Setup};
 use crate::structures::weigh_structures;
 use crate::unknown;
-use crate::weigh::{Weighed, again, unknown_amplitudes};
+use crate::weigh::{Weighed, unknown_amplitudes};
 
 /// Misfit per value up to which an explanation of a drive is adequate.
 const ADEQUATE_DRIVE: f64 = 1.3;
@@ -97,7 +97,7 @@ pub(crate) fn weigh_rivals(
             dropped.join(", ")
         )));
     }
-    let Some(found) = refit(data, predictor, setup, &null, again(setup.kind))? else {
+    let Some(found) = refit(data, predictor, setup, &null)? else {
         return Ok(Err(
             "the re-fit of the nominal model did not converge".to_owned()
         ));

@@ -17,14 +17,12 @@ use crate::drive::{
     DrivePredictor, Reader, SERIES, Slot, Taken, bends, channels, short_scatter, usual,
 };
 use crate::error::GapError;
-use crate::fit::{Effort, fit_near};
 use crate::hypothesis::Hypothesis;
 use crate::mock::roughness_of;
-use crate::null::{NO_END, Refit, drop_unanswered, refit};
+use crate::null::{Refit, drop_unanswered, refit_to_the_end};
 use crate::parallel::for_each;
 use crate::run::setup;
 use crate::settings::{LogKind, Settings};
-use crate::weigh::again;
 
 /// Fewest usable windows of a baseline.
 const FEWEST: usize = 30;
@@ -147,22 +145,7 @@ pub(crate) fn learn(
             dropped.join(", ")
         )));
     }
-    let mut found = refit(&mut data, &predictor, &setup, &null, again(setup.kind))?;
-    // A diagnosis goes on from an end that is not certified; a baseline is all there is.
-    if let Some(found) = found.as_mut().filter(|f| !f.fitted.converged) {
-        let whitener = found.noise.whitener(&data)?;
-        let end = found.fitted.x.as_slice().to_vec();
-        found.fitted = fit_near(
-            &data,
-            &*found.predictor,
-            &null,
-            &whitener,
-            &end,
-            None,
-            Effort::Certified,
-        )?;
-        data.notes.retain(|n| n != NO_END);
-    }
+    let found = refit_to_the_end(&mut data, &predictor, &setup, &null)?;
     let Some(found) = found.filter(|f| f.fitted.converged) else {
         return Ok(Err(
             "the soil's fit to the baseline did not converge".to_owned()
