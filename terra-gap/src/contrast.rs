@@ -37,10 +37,9 @@ use crate::weigh::Weighed;
 const OTHER_FORM: f64 = 0.5;
 /// Spreads by which a coefficient is clearly another.
 const MOVED: f64 = 1.0;
-/// Promise, in units of the misfit per value, below which a fit to the simulator's log has ended. The noise is taken that much
-/// larger, so a unit of it moves no parameter by its own uncertainty; at a kink of the law, where a far fit often ends, a
-/// promise is not kept.
-const ENDED: f64 = 1.0;
+/// Promise, in units of the misfit per value and free number, below which a fit to the simulator's log has ended: each number's
+/// own uncertainty is one such unit. At a kink of the law, where a far fit often ends, no step keeps what the slopes promise.
+const ENDED: f64 = 0.1;
 /// Share of the prior spread that the same soil may differ by between the two logs.
 const SAME_SOIL: f64 = 0.1;
 
@@ -102,7 +101,7 @@ pub(crate) fn against<'a>(
     let found = refit_to_the_end(&mut data, predictor, &setup, &null)?;
     let ended = |fit: &Fit| {
         let misfit = (fit.chi2() / data.len() as f64).max(1.0);
-        fit.converged || fit.promise() < ENDED * misfit
+        fit.converged || fit.promise() < ENDED * misfit * fit.x.len() as f64
     };
     let Some(fit) = found.map(|f| f.fitted).filter(ended) else {
         return Err(GapError::Mismatch(

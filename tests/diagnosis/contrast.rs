@@ -2,12 +2,14 @@
 
 use terra::data::RigLog;
 use terra::gap::{
-    CauseKind, Diagnosis, Settings, diagnose_rig, diagnose_rig_against, is_instrument,
+    CauseKind, Diagnosis, Settings, diagnose_drive_against, diagnose_rig, diagnose_rig_against,
+    is_instrument,
 };
 use terra::model::Registry;
-use terra::sim::{Scenario, simulate_rig};
+use terra::sim::{Scenario, simulate_drive, simulate_rig};
 
 use crate::rig;
+use crate::vehicle::{effect as set, example};
 
 /// Trials of another wheel law on dry sand, with an effect; the diagnosis knows Wong and Reece's only.
 fn log(effect: &str, seed: u64) -> RigLog {
@@ -138,4 +140,30 @@ fn other_soil_is_followed_where_the_wheel_laws_differ_otherwise() {
         (d.verdict, d.set),
         ("named", vec!["soil-change".to_owned()])
     );
+}
+
+/// A drive's wheels pass through every slip, and where they turn from driving to braking wheel laws differ most: there too what
+/// the simulator shares is not missing, and an instrument is found.
+#[test]
+fn a_drive_is_compared_with_a_foreign_wheel_law() {
+    let (rover, registry, mut scenario) = example();
+    scenario.model = "scm-column".to_owned();
+    let settings = Settings::of(&rover);
+    let mut drive = |seed: u64, effects: &[(&str, f64)]| {
+        scenario.seed = seed;
+        scenario.effects = effects.iter().copied().map(set).collect();
+        simulate_drive(&scenario, &rover, &registry).unwrap().log
+    };
+    let sim = drive(101, &[]);
+    let mut against = |effects: &[(&str, f64)]| {
+        let real = drive(1, effects);
+        diagnose_drive_against(&sim, &real, &rover, &registry, &settings, false).unwrap()
+    };
+    let d = against(&[]);
+    let baseline = d.baseline.as_ref().unwrap();
+    assert!(baseline.chi2_per_dof < 1.3, "{baseline:?}");
+    assert_eq!(d.verdict, "none", "{:?} {:?}", d.set, d.reason);
+    let d = against(&[("torque-scale", 0.12)]);
+    assert_eq!(d.causes[0].name, "torque-scale", "{:?}", d.set);
+    assert!(!d.set.iter().any(|s| s == "none"), "{:?}", d.set);
 }

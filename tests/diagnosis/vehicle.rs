@@ -10,7 +10,7 @@ use terra::sim::{EffectSetting, Scenario, simulate_drive};
 use crate::{probability, total};
 
 /// The rover, the library and the manoeuvres of the book's example.
-fn example() -> (Rover, Registry, Scenario) {
+pub(crate) fn example() -> (Rover, Registry, Scenario) {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/drive");
     (
         read_rover(folder.join("rover.toml")).unwrap(),
@@ -20,7 +20,7 @@ fn example() -> (Rover, Registry, Scenario) {
 }
 
 /// An effect in its first form.
-fn effect((name, magnitude): (&str, f64)) -> EffectSetting {
+pub(crate) fn effect((name, magnitude): (&str, f64)) -> EffectSetting {
     EffectSetting {
         name: name.to_owned(),
         magnitude: vec![magnitude],
