@@ -72,7 +72,10 @@ pub(crate) fn weigh_structures(
                 starts = best_starts(&few, predictor, &h, &whitener, &starts);
             } else if best.is_finite() {
                 let within = Effort::Below(2.0 * (best + OUT));
-                let fitted = fit_from(&few, predictor, &h, &whitener, &starts, None, within).ok()?;
+                let fitted = match fit_from(&few, predictor, &h, &whitener, &starts, None, within) {
+                    Ok(fitted) => fitted,
+                    Err(e) => return Some(Err((rival.name.clone(), e.to_string()))),
+                };
                 let behind = 0.5 * fitted.cost - best;
                 if behind > OUT {
                     let reason = format!(
@@ -81,9 +84,16 @@ pub(crate) fn weigh_structures(
                     );
                     return Some(Err((rival.name.clone(), reason)));
                 }
-                starts = vec![fitted.x.as_slice().to_vec()];
+                // A soil that carries the wheels in these windows may not carry them in all.
+                if residual(data, predictor, &h, fitted.x.as_slice()).is_ok() {
+                    starts = vec![fitted.x.as_slice().to_vec()];
+                }
             }
-            weigh(data, predictor, &h, levels, &starts, None, contest(setup.kind)).ok().map(|w| Ok((rival.name.clone(), w)))
+            let weighed = weigh(data, predictor, &h, levels, &starts, None, contest(setup.kind));
+            Some(match weighed {
+                Ok(weighed) => Ok((rival.name.clone(), weighed)),
+                Err(e) => Err((rival.name.clone(), e.to_string())),
+            })
         })
         .into_iter()
         .flatten()
