@@ -19,7 +19,7 @@ use crate::mock::{mock, roughness_of};
 use crate::parallel::for_each;
 use crate::predictor::Predictor;
 use crate::rivals::{Rivals, weigh_rivals};
-use crate::settings::{LogKind, Settings};
+use crate::settings::Settings;
 use crate::setup::Setup;
 
 /// Share of mock cases without any effect.
@@ -40,9 +40,10 @@ pub(crate) fn calibrate(
     candidates: &Candidates,
     rivals: &Rivals,
 ) -> Result<Calibration, GapError> {
-    let frozen = match (setup.kind, &setup.inherited) {
-        (LogKind::Rig, Some(_)) => Calibration::frozen_contrast()?,
-        (kind, _) => Calibration::frozen(kind, data.groups().len())?,
+    let (kind, groups) = (setup.kind, data.groups().len());
+    let frozen = match setup.inherited {
+        Some(_) => Calibration::frozen_contrast(kind, groups)?,
+        None => Calibration::frozen(kind, groups)?,
     };
     if settings.calibrate == 0 {
         return Ok(frozen);

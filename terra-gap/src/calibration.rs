@@ -30,7 +30,8 @@ pub use learn::Case;
 /// How raw evidences become probabilities.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Calibration {
-    /// Kind of design it was made for: `ramp`, `rich`, `rig`, `contrast` or `kinematic`.
+    /// Kind of design it was made for: `ramp`, `rich`, `rig` or `kinematic`; against an outside simulator's log `contrast` (a rig's),
+    /// `rich-contrast` or `ramp-contrast`.
     pub design: String,
     /// T: 1 takes evidences as they are.
     pub temperature: f64,
@@ -146,12 +147,16 @@ impl Calibration {
         })
     }
 
-    /// The frozen one for a rig's log against an outside simulator's.
+    /// The frozen one for such a log against an outside simulator's.
     ///
     /// # Errors
     /// As [`frozen`](Self::frozen).
-    pub fn frozen_contrast() -> Result<Self, GapError> {
-        Self::named("contrast")
+    pub fn frozen_contrast(kind: LogKind, groups: usize) -> Result<Self, GapError> {
+        Self::named(match kind {
+            LogKind::Rig => "contrast",
+            LogKind::Drive | LogKind::Kinematic if groups >= RICH => "rich-contrast",
+            LogKind::Drive | LogKind::Kinematic => "ramp-contrast",
+        })
     }
 
     fn named(name: &str) -> Result<Self, GapError> {
@@ -472,9 +477,13 @@ mod tests {
     #[test]
     fn frozen_calibrations_can_be_read() {
         for (kind, groups) in [(LogKind::Rig, 1), (LogKind::Drive, 1), (LogKind::Drive, 9)] {
-            let c = Calibration::frozen(kind, groups).unwrap();
-            assert!(c.temperature >= 1.0 && (0.5..1.0).contains(&c.set_probability));
-            assert!((0.0..0.5).contains(&c.floor));
+            let alone = Calibration::frozen(kind, groups).unwrap();
+            let against = Calibration::frozen_contrast(kind, groups).unwrap();
+            for c in [&alone, &against] {
+                assert!(c.temperature >= 1.0 && (0.5..1.0).contains(&c.set_probability));
+                assert!((0.0..0.5).contains(&c.floor));
+            }
+            assert_ne!(alone.design, against.design);
         }
     }
 }

@@ -107,10 +107,11 @@ fn learn(programme: &Programme, marked: &[Marked], seed: u64, out: &Path) -> Res
         programme.name(),
         marked.len()
     );
-    let frozen = match programme.manoeuvres() {
-        0 => Calibration::frozen_contrast()?,
-        n => Calibration::frozen(LogKind::Drive, n)?,
+    let (kind, groups) = match programme.manoeuvres() {
+        0 => (LogKind::Rig, 0),
+        n => (LogKind::Drive, n),
     };
+    let frozen = Calibration::frozen_contrast(kind, groups)?;
     let learned = Calibration::learn(&known, &frozen, source).to_toml()?;
     atomic_write(out.join("calibration.toml"), |w| {
         std::io::Write::write_all(w, learned.as_bytes())
