@@ -197,3 +197,82 @@ pub fn is_form_error(parameter: &str) -> bool {
     let mut all = Held::PARAMS.iter().chain(Swept::PARAMS);
     all.any(|p| p.name == own)
 }
+
+#[cfg(test)]
+mod tests {
+    use terra_model::{ForceLaw, ModelError, Registry, catalogue};
+
+    use super::*;
+
+    /// Forces of a law with one coefficient of the error at 1, less those without, in loads: pull, torque over radius.
+    fn added<A: Anchors>(name: &str, slip: f64, load: f64) -> Result<[f64; 2], ModelError> {
+        let law = Registry::builtin().law("wong-reece")?;
+        let soil = catalogue::find("dry_sand")?.parameters(law.model())?;
+        let effect: Arc<dyn AnyEffect> = Arc::new(FormError::<A>::default());
+        let bent = law.clone().with_effects([effect])?;
+        let mut p = soil.clone();
+        p.extend(A::PARAMS.iter().map(|c| f64::from(c.name == name)));
+        let at = Contact::new(slip, load, 0.1, 0.1);
+        let (plain, bent) = (law.forces(&soil, &at)?, bent.forces(&p, &at)?);
+        Ok([
+            (bent.drawbar_pull - plain.drawbar_pull) / load,
+            (bent.resistive_torque - plain.resistive_torque) / (load * at.radius),
+        ])
+    }
+
+    /// By the equation: 1/√2 at a coefficient's own slip, e^(-1/2) of that at the next anchor on either side, nothing in the other
+    /// channel; what a load adds is nothing at 5 kPa and as much as the level at e times that.
+    #[test]
+    fn a_coefficient_acts_around_its_own_slip() {
+        let top = std::f64::consts::FRAC_1_SQRT_2;
+        let slip = |w: f64, bend: f64| w.signum() * (w.abs().exp() - 1.0) * bend;
+        let even = 5e3 * 0.01;
+        let near = |found: Result<[f64; 2], ModelError>, wanted: [f64; 2]| {
+            let found = found.unwrap();
+            let mut each = found.iter().zip(&wanted);
+            assert!(
+                each.all(|(f, w)| (f - w).abs() < 1e-9),
+                "{found:?} {wanted:?}"
+            );
+        };
+        let next = top * (-0.5f64).exp();
+        near(
+            added::<Swept>("pull_0.02", slip(0.6, 0.03), even),
+            [top, 0.0],
+        );
+        near(added::<Swept>("pull_0.02", 0.0, even), [next, 0.0]);
+        near(
+            added::<Swept>("torque_-0.07", slip(-1.2, 0.03), even),
+            [0.0, top],
+        );
+        near(
+            added::<SweptUnseen>("torque_0.07", slip(0.6, 0.03), even),
+            [0.0, next],
+        );
+        near(added::<Held>("pull_0.23", slip(1.2, 0.1), even), [top, 0.0]);
+        let by_load = |load| added::<Held>("pull_0.23_by_load", slip(1.2, 0.1), load);
+        near(by_load(even), [0.0, 0.0]);
+        near(by_load(even * std::f64::consts::E), [top, 0.0]);
+    }
+
+    /// Anchors stand one length apart, their names tell their slips to half of the last digit, and every channel has two
+    /// coefficients at each.
+    #[test]
+    fn anchors_are_named_after_their_slips() {
+        fn each<A: Anchors>(channels: usize) {
+            assert_eq!(A::PARAMS.len(), 2 * channels * A::AT.len());
+            for (pair, params) in A::AT.windows(2).zip(A::PARAMS) {
+                assert!((pair[1] - pair[0] - LENGTH).abs() < 1e-12);
+                let named = params.name.trim_start_matches("pull_");
+                let slip: f64 = named.parse().unwrap();
+                let own = pair[0].signum() * (pair[0].abs().exp() - 1.0) * A::BEND;
+                assert!((slip - own).abs() < 0.006, "{named} {own}");
+                assert!(is_form_error(params.name), "{named}");
+            }
+        }
+        each::<Held>(3);
+        each::<Swept>(3);
+        each::<SweptUnseen>(2);
+        assert!(is_form_error("log/torque_0.15_by_load") && !is_form_error("cohesion"));
+    }
+}

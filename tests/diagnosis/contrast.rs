@@ -6,7 +6,8 @@ use terra::gap::{
     is_instrument,
 };
 use terra::model::Registry;
-use terra::sim::{Scenario, simulate_drive, simulate_rig};
+use terra::sim::integrate::DormandPrince;
+use terra::sim::{Integrator, Scenario, simulate_drive_with, simulate_rig};
 
 use crate::rig;
 use crate::vehicle::{effect as set, example};
@@ -142,8 +143,9 @@ fn other_soil_is_followed_where_the_wheel_laws_differ_otherwise() {
     );
 }
 
-/// A drive's wheels pass through every slip, and where they turn from driving to braking wheel laws differ most: there too what
-/// the simulator shares is not missing, and an instrument is found.
+/// A drive's wheels pass through every slip, and where they turn from driving to braking wheel laws differ most: there too the
+/// nominal law follows the simulator to the noise, what both share is not missing by any evidence that counts (contrasts of
+/// drives ask ten nats of a cause), and an instrument is found.
 #[test]
 fn a_drive_is_compared_with_a_foreign_wheel_law() {
     let (rover, registry, mut scenario) = example();
@@ -152,7 +154,13 @@ fn a_drive_is_compared_with_a_foreign_wheel_law() {
     let mut drive = |seed: u64, effects: &[(&str, f64)]| {
         scenario.seed = seed;
         scenario.effects = effects.iter().copied().map(set).collect();
-        simulate_drive(&scenario, &rover, &registry).unwrap().log
+        let steps = Integrator::DormandPrince(DormandPrince {
+            relative: 1e-7,
+            absolute: 1e-8,
+            max_step: 0.1,
+        });
+        let run = simulate_drive_with(&scenario, &rover, &registry, steps);
+        run.unwrap().log
     };
     let sim = drive(101, &[]);
     let mut against = |effects: &[(&str, f64)]| {
@@ -161,9 +169,14 @@ fn a_drive_is_compared_with_a_foreign_wheel_law() {
     };
     let d = against(&[]);
     let baseline = d.baseline.as_ref().unwrap();
-    assert!(baseline.chi2_per_dof < 1.3, "{baseline:?}");
-    assert_eq!(d.verdict, "none", "{:?} {:?}", d.set, d.reason);
+    assert!(baseline.chi2_per_dof < 1.2, "{baseline:?}");
+    assert_eq!(d.calibration.as_ref().unwrap().design, "rich-contrast");
+    assert!(d.set.iter().any(|s| s == "none"), "{:?}", d.set);
+    let first = d.causes.iter().map(|c| c.log_evidence_gain);
+    let most = first.fold(f64::NEG_INFINITY, f64::max);
+    assert!(most < 6.0, "{most}");
     let d = against(&[("torque-scale", 0.12)]);
     assert_eq!(d.causes[0].name, "torque-scale", "{:?}", d.set);
-    assert!(!d.set.iter().any(|s| s == "none"), "{:?}", d.set);
+    let gain = d.causes[0].log_evidence_gain;
+    assert!(gain > 50.0, "{gain}");
 }
