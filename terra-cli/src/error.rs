@@ -232,12 +232,13 @@ impl From<GapError> for CliError {
                 help: None,
             },
             // What a log reports lies outside every model.
-            GapError::Model(ModelError::Contact { .. }) | GapError::NotPositiveDefinite { .. } => {
-                CliError::BadData {
-                    message,
-                    help: None,
-                }
-            }
+            GapError::Model(ModelError::Contact { .. })
+            | GapError::NotPositiveDefinite { .. }
+            | GapError::Log(_)
+            | GapError::Simulator(_) => CliError::BadData {
+                message,
+                help: None,
+            },
             GapError::Model(e) => e.into(),
             GapError::NoiseMissing { .. }
             | GapError::Mismatch(_)

@@ -69,6 +69,11 @@ pub(crate) struct LogFile<'a> {
 }
 
 impl<'a> LogFile<'a> {
+    /// Where it is, or what it is called.
+    pub(crate) fn path(&self) -> &'a Path {
+        self.path
+    }
+
     pub(crate) fn open(path: &'a Path) -> Result<Self, CliError> {
         let piped = if is_pipe(path) {
             Some(bytes(path)?)

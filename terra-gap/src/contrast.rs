@@ -92,20 +92,20 @@ pub(crate) fn against<'a>(
     let null = Hypothesis::null(law.clone(), soil);
     drop_unanswered(&mut data, predictor, &null, &vec![0.0; null.len()]);
     if data.len() < null.len() {
-        return Err(GapError::Mismatch(format!(
-            "the simulator's log has {} usable values for {} numbers of soil and form",
+        return Err(GapError::Simulator(format!(
+            "{} usable values for {} numbers of soil and form",
             data.len(),
             null.len()
         )));
     }
-    let found = refit_to_the_end(&mut data, predictor, &setup, &null)?;
+    let found = refit_to_the_end(&mut data, predictor, &setup, &null).map_err(of_the_simulator)?;
     let ended = |fit: &Fit| {
         let misfit = (fit.chi2() / data.len() as f64).max(1.0);
         fit.converged || fit.promise() < ENDED * misfit * fit.x.len() as f64
     };
     let Some(fit) = found.map(|f| f.fitted).filter(ended) else {
-        return Err(GapError::Mismatch(
-            "the fit of the nominal simulator to the simulator's log did not converge".to_owned(),
+        return Err(GapError::Simulator(
+            "the fit of the nominal simulator to it did not converge".to_owned(),
         ));
     };
     let p = null.parameters(fit.x.as_slice());
@@ -152,6 +152,16 @@ pub(crate) fn against<'a>(
         ..setup
     };
     Ok((setup, baseline))
+}
+
+/// What the simulator's log itself brings about is no fault of the log to be diagnosed.
+fn of_the_simulator(error: GapError) -> GapError {
+    match error {
+        GapError::Model(_) | GapError::NotPositiveDefinite { .. } => {
+            GapError::Simulator(error.to_string())
+        }
+        other => other,
+    }
 }
 
 /// Whether other soil was fitted with an error of the wheel law's form that is clearly another than on the simulator's soil.

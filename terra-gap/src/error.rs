@@ -22,6 +22,12 @@ pub enum GapError {
     /// The log and the rover file do not belong together.
     #[error("{0}")]
     Mismatch(String),
+    /// The log to be diagnosed does not hold what was asked of it.
+    #[error("{0}")]
+    Log(String),
+    /// The nominal simulator could not be made like the simulator whose log was given.
+    #[error("as the simulator's log: {0}")]
+    Simulator(String),
     /// A matrix that must be positive definite is not: an input is degenerate.
     #[error("covariance of '{what}' is not positive definite")]
     NotPositiveDefinite {

@@ -234,6 +234,12 @@ fn kind_of(error: &GapError) -> String {
         GapError::Model(terra_model::ModelError::Contact { quantity, .. }) => {
             format!("outside the model: {quantity}")
         }
+        GapError::Model(terra_model::ModelError::Parameter {
+            model,
+            parameter,
+            expected,
+            ..
+        }) => format!("outside the model: {model}: {parameter} is not {expected}"),
         other => format!("outside the model: {other}"),
     }
 }
@@ -253,4 +259,35 @@ pub(crate) fn starts_of(h: &Hypothesis, kind: LogKind) -> Vec<Vec<f64>> {
         }
     }
     out
+}
+
+#[cfg(test)]
+mod tests {
+    use terra_model::ModelError;
+
+    use super::*;
+
+    /// Two rows that a law has no answer for by the same rule are counted together, whatever their numbers; those by another
+    /// are not.
+    #[test]
+    fn a_reason_has_no_numbers_of_a_row() {
+        let apex = |value| {
+            GapError::Model(ModelError::Parameter {
+                model: "wong-reece",
+                parameter: "c1 + c2 slip",
+                value,
+                expected: "a value between 0 and 1: the angle of maximum stress lies inside the contact",
+            })
+        };
+        let load = |load| {
+            GapError::Model(ModelError::NoEquilibrium {
+                load,
+                max_load: 90.0,
+            })
+        };
+        assert_eq!(kind_of(&apex(1.0121)), kind_of(&apex(1.0136)));
+        assert!(kind_of(&apex(1.0121)).contains("c1 + c2 slip"));
+        assert_eq!(kind_of(&load(100.0)), kind_of(&load(120.0)));
+        assert_ne!(kind_of(&load(100.0)), kind_of(&apex(1.0121)));
+    }
 }

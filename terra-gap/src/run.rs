@@ -221,10 +221,14 @@ fn drive_windows(
     settings: &Settings,
 ) -> Result<Diagnosis, GapError> {
     let forces = logs.iter().any(|(_, log)| log.has_torques());
-    if sim.is_some_and(|(sim, _)| !forces || !sim.has_torques()) {
-        return Err(GapError::Mismatch(
-            "a simulator can be compared only where both logs hold torques".to_owned(),
-        ));
+    let neither = "no wheel torques: a simulator can be compared only where both logs hold them";
+    if let Some((sim, _)) = sim {
+        if !sim.has_torques() {
+            return Err(GapError::Simulator(neither.to_owned()));
+        }
+        if !forces {
+            return Err(GapError::Log(neither.to_owned()));
+        }
     }
     let read = |logs: &Logs<'_, DriveWindows>| drive::from_logs(logs, rover, settings.windows);
     let sim = match sim {

@@ -126,6 +126,24 @@ fn a_report_of_other_soil_is_of_the_soil() {
     assert!(html.contains("of its 48 coefficients"));
 }
 
+/// What is wrong with a simulator's log is told of that file, and is an error of data.
+#[test]
+fn a_simulators_log_that_says_too_little_is_named() {
+    let at = folder("gap_short_simulator");
+    fs::copy(example("rig/rig.toml"), at.join("rig.toml")).unwrap();
+    fs::copy(example("rig/slip_sinkage.toml"), at.join("real.toml")).unwrap();
+    terra(&at, "simulate real.toml --out real.csv").ok();
+    let text = fs::read_to_string(at.join("real.csv")).unwrap();
+    let rows = text.lines().filter(|l| !l.starts_with('#')).take(4);
+    let short: Vec<&str> = rows.collect();
+    fs::write(at.join("sim.csv"), short.join("\n") + "\n").unwrap();
+    let done = terra(&at, "gap --sim sim.csv real.csv --rover rig.toml");
+    assert_eq!(done.code, 3, "{}", done.err);
+    let words = "sim.csv: as the simulator's log: ";
+    assert!(done.err.contains(words), "{}", done.err);
+    assert!(!done.err.contains("real.csv"), "{}", done.err);
+}
+
 /// The patrol of the book: sand gives way to clay after 48 m. The event is there and nowhere else, JSON and track say the same,
 /// and no number of threads changes a byte.
 #[test]

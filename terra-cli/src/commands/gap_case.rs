@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use terra_data::{DriveLog, LogKind, RigLog, Rover, hypothesis_terrains};
 use terra_gap::{
-    Diagnosis, DriveWindows, Named, Provenance, Settings, diagnose_drives, diagnose_rigs,
+    Diagnosis, DriveWindows, GapError, Named, Provenance, Settings, diagnose_drives, diagnose_rigs,
     diagnose_rigs_against, diagnose_windows,
 };
 use terra_model::Registry;
@@ -95,6 +95,12 @@ pub(crate) fn diagnose(
     let all = PathBuf::from(paths.join(", "));
     let in_files = |e: CliError| e.in_files(&all, case.rover_name);
     let names = names(&case.logs)?;
+    let sim_path = case.against.as_ref().map(|a| a.sim.path());
+    // What is wrong with the simulator's log is told of that file.
+    let of_files = |e: GapError| match (&e, sim_path) {
+        (GapError::Simulator(_), Some(path)) => CliError::from(e).within(path),
+        _ => in_files(e.into()),
+    };
     let same_soil = case.against.as_ref().is_some_and(|a| a.same_soil);
     let sim = case.against.map(|a| a.sim);
     if let Some(sim) = &sim
@@ -123,7 +129,7 @@ pub(crate) fn diagnose(
                 }
                 None => diagnose_rigs(&named, &rover, registry, &settings),
             }
-            .map_err(|e| in_files(e.into()))?;
+            .map_err(of_files)?;
             let curves = GapCurves::of_rig(&d, &predictor);
             (prior, d, Some(curves))
         }
@@ -153,14 +159,18 @@ pub(crate) fn diagnose(
                         .map(|l| windows(&l.file))
                         .collect::<Result<_, _>>()
                         .map_err(in_files)?;
-                    let sim = sim.as_ref().map(windows).transpose().map_err(in_files)?;
+                    let of_sim = |e: CliError| match sim_path {
+                        Some(path) => e.in_files(path, case.rover_name),
+                        None => in_files(e),
+                    };
+                    let sim = sim.as_ref().map(windows).transpose().map_err(of_sim)?;
                     let sim = sim.as_ref().map(|sim| (sim, same_soil));
                     let named = named(&names, &logs);
                     let d = diagnose_windows(&named, sim, &rover, registry, &settings);
                     (prior, d)
                 }
             };
-            (prior, d.map_err(|e| in_files(e.into()))?, None)
+            (prior, d.map_err(of_files)?, None)
         }
     };
     let mut said = String::new();
