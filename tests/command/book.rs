@@ -418,9 +418,9 @@ fn gap() {
         "{}",
         done[1].out
     );
-    // The simulator's own log has no gap to it.
+    // The simulator's own log has no gap to it; a short drive against another law leaves room for others behind `none`.
     assert!(
-        done[2].out.contains("\nverdict: none {none}\n"),
+        done[2].out.contains("\nverdict: none {none"),
         "{}",
         done[2].out
     );
