@@ -37,8 +37,9 @@ use crate::weigh::Weighed;
 const OTHER_FORM: f64 = 0.5;
 /// Spreads by which a coefficient is clearly another.
 const MOVED: f64 = 1.0;
-/// Promise, in units of the misfit per value and free number, below which a fit to the simulator's log has ended: each number's
-/// own uncertainty is one such unit. At a kink of the law, where a far fit often ends, no step keeps what the slopes promise.
+/// Promise, in units of the misfit per value and free number, below which a fit to the simulator's log has ended: one such unit is
+/// the square of a number's own sd, so that they are a third of their sd from their best in the mean at most. At a kink of the law, where a far
+/// fit often ends, no step keeps what the slopes promise.
 const ENDED: f64 = 0.1;
 /// Share of the prior spread that the same soil may differ by between the two logs.
 const SAME_SOIL: f64 = 0.1;
@@ -108,6 +109,13 @@ pub(crate) fn against<'a>(
             "the fit of the nominal simulator to it did not converge".to_owned(),
         ));
     };
+    if !fit.converged {
+        data.notes.push(format!(
+            "the fit to the simulator's log is not certified: no step leads down, but its slopes promise {:.1} of a misfit of {:.0}",
+            fit.promise(),
+            fit.chi2()
+        ));
+    }
     let p = null.parameters(fit.x.as_slice());
     let baseline = Baseline {
         chi2_per_dof: fit.chi2() / data.len() as f64,

@@ -144,8 +144,8 @@ fn other_soil_is_followed_where_the_wheel_laws_differ_otherwise() {
 }
 
 /// A drive's wheels pass through every slip, and where they turn from driving to braking wheel laws differ most: there too the
-/// nominal law follows the simulator to the noise, what both share is not missing by any evidence that counts (contrasts of
-/// drives ask ten nats of a cause), and an instrument is found.
+/// nominal law follows the simulator to the noise, what both share is not missing by as much evidence as the
+/// calibration asks of a cause, and an instrument is found by more.
 #[test]
 fn a_drive_is_compared_with_a_foreign_wheel_law() {
     let (rover, registry, mut scenario) = example();
@@ -170,13 +170,15 @@ fn a_drive_is_compared_with_a_foreign_wheel_law() {
     let d = against(&[]);
     let baseline = d.baseline.as_ref().unwrap();
     assert!(baseline.chi2_per_dof < 1.2, "{baseline:?}");
-    assert_eq!(d.calibration.as_ref().unwrap().design, "rich-contrast");
+    let calibration = d.calibration.as_ref().unwrap();
+    assert_eq!(calibration.design, "rich-contrast");
+    let asked = calibration.null_gain;
     assert!(d.set.iter().any(|s| s == "none"), "{:?}", d.set);
     let first = d.causes.iter().map(|c| c.log_evidence_gain);
     let most = first.fold(f64::NEG_INFINITY, f64::max);
-    assert!(most < 6.0, "{most}");
+    assert!(most < asked, "{most}");
     let d = against(&[("torque-scale", 0.12)]);
     assert_eq!(d.causes[0].name, "torque-scale", "{:?}", d.set);
     let gain = d.causes[0].log_evidence_gain;
-    assert!(gain > 50.0, "{gain}");
+    assert!(gain > asked, "{gain}");
 }
