@@ -206,8 +206,8 @@ fn reshape(
     let unknown = log_unknown(data, setup.kind, &round.plain, nominal, &alone, pairs);
     let rival = pairs.iter().map(|w| w.log_evidence).fold(unknown, f64::max);
     let mut singles = round.singles.clone();
-    let none = nominal.log_evidence;
-    ask_again(&ground, &round.screen, &mut singles, pairs, none, rival);
+    let effects = (round.screen.as_slice(), round.asked());
+    ask_again(&ground, effects, &mut singles, pairs, nominal, rival);
     singles
 }
 

@@ -36,6 +36,8 @@ const PAIRS_FROM: f64 = 3.0;
 /// at it: one that leaves more is no nearer to the truth's own slopes. Of 57 sealed drives so far from the data (seeds 353535 and
 /// 373737) the eight whose cause is in the set had one that left .37 at most, 45 of the others one that left more than a half.
 const LEAVES: f64 = 0.5;
+/// Share of the best explanation's gain from which an effect's other formulas are asked, however far it is behind.
+const MOST: f64 = 0.9;
 /// What the noise is called where it is not taken at the end of the explanation's fit.
 const OWN_NOISE: &str = "noise by the best explanation";
 /// How often.
@@ -167,8 +169,13 @@ impl Round {
         let near = self.null_weighed.chi2_per_value() < NEAR;
         let all = near || self.all().all(|w| w.chi2_per_value() >= NEAR);
         let best = self.best();
-        let contends =
-            |w: &Weighed| w.fitted && best.is_none_or(|best| !hopeless(&w.plain, &best.plain));
+        // What takes most of the misfit away by a wrong formula may take all by the right one.
+        let takes = |w: &Weighed| w.log_evidence - none;
+        let contends = |w: &Weighed| {
+            let near =
+                |best: &Weighed| !hopeless(&w.plain, &best.plain) || takes(w) > MOST * takes(best);
+            w.fitted && best.is_none_or(near)
+        };
         let in_the_contest = |name: &str| {
             let mut singles = self.singles.iter();
             singles.any(|(k, w)| self.screen[*k].name == name && w.iter().any(contends))
@@ -319,6 +326,11 @@ impl Round {
             round.base = round.evidence_of(at);
         }
         Ok(round)
+    }
+
+    /// The effects that were asked, in all their forms.
+    pub(crate) fn asked(&self) -> &[Arc<dyn AnyEffect>] {
+        &self.candidates.effects
     }
 
     pub(crate) fn all(&self) -> impl Iterator<Item = &Weighed> {

@@ -108,24 +108,30 @@ pub(crate) fn columns(
     found.into_iter().map(|(_, own)| own).collect()
 }
 
-/// Places of effects that stand in one law: no more than one pass carries derivatives for, and those under which wheels slide
-/// sideways, whose integrals cost many times as much, by themselves.
+/// Places of effects that stand in one law: no more than one pass carries derivatives for, no two in a place that holds one, and
+/// those under which wheels slide sideways, whose integrals cost many times as much, by themselves.
 fn packs(effects: &[Arc<dyn AnyEffect>]) -> Vec<Vec<usize>> {
+    let needs = |k: usize| effects[k].needs();
     let (sideways, others): (Vec<usize>, Vec<usize>) =
-        (0..effects.len()).partition(|&k| effects[k].needs().contains(&Hook::LateralSlip));
+        (0..effects.len()).partition(|&k| needs(k).contains(&Hook::LateralSlip));
+    let magnitudes = |pack: &[usize]| -> usize {
+        let each = pack.iter().map(|&k| effects[k].params().len());
+        each.sum()
+    };
     let mut out: Vec<Vec<usize>> = vec![];
     for kind in [others, sideways] {
-        let mut room = 0;
+        let from = out.len();
         for k in kind {
-            let magnitudes = effects[k].params().len();
-            match out.last_mut().filter(|_| room >= magnitudes) {
+            let taken = |&j: &usize| {
+                let mut places = needs(j).iter();
+                places.any(|h| h.holds_one() && needs(k).contains(h))
+            };
+            let room = LaneDual::SLOPES.saturating_sub(effects[k].params().len());
+            let mut open = out[from..].iter_mut();
+            match open.find(|pack| magnitudes(pack) <= room && !pack.iter().any(taken)) {
                 Some(pack) => pack.push(k),
-                None => {
-                    out.push(vec![k]);
-                    room = LaneDual::SLOPES;
-                }
+                None => out.push(vec![k]),
             }
-            room = room.saturating_sub(magnitudes);
         }
     }
     out
@@ -137,10 +143,11 @@ mod tests {
 
     use super::*;
 
-    /// The whole library, each effect once and in one pack of ten magnitudes at most; none beside one that lets wheels slide.
+    /// The whole library with its forms, each effect once and in one pack of ten magnitudes at most; none beside one that lets
+    /// wheels slide, and of layers below the surface one in a pack: a law has room for one.
     #[test]
     fn a_pack_fits_one_pass_and_sliding_wheels_stand_apart() {
-        let registry = Registry::builtin();
+        let registry = Registry::builtin().with_forms();
         let effects: Asked = registry.effects().to_vec();
         let packs = packs(&effects);
         let mut all: Vec<usize> = packs.concat();
@@ -151,6 +158,13 @@ mod tests {
             let magnitudes: usize = pack.iter().map(|&k| effects[k].params().len()).sum();
             assert!(magnitudes <= LaneDual::SLOPES, "{magnitudes}");
             assert!(pack.iter().all(slides) || !pack.iter().any(slides));
+            let layers = pack
+                .iter()
+                .filter(|&&k| effects[k].needs().contains(&Hook::Layer));
+            assert!(layers.count() <= 1);
+            let law = registry.law("wong-reece").unwrap();
+            law.with_effects(pack.iter().map(|&k| Arc::clone(&effects[k])))
+                .unwrap();
         }
         assert!(
             packs.len() <= 1 + effects.len().div_ceil(8),

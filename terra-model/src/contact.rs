@@ -30,6 +30,11 @@ pub enum Hook {
 }
 
 impl Hook {
+    /// True where there is room for one effect only: a second would take the first one's place instead of adding to it.
+    pub fn holds_one(self) -> bool {
+        matches!(self, Hook::Layer | Hook::LateralSlip)
+    }
+
     /// Name in messages.
     pub fn name(self) -> &'static str {
         match self {

@@ -104,6 +104,18 @@ pub enum ModelError {
         /// Effect.
         effect: String,
     },
+    /// Two effects, or two forms of one, in a place that holds one.
+    #[error(
+        "effects {first} and {second} both set the {hook}, of which a wheel has one: name one of them"
+    )]
+    HookTwice {
+        /// The one named first.
+        first: String,
+        /// The other.
+        second: String,
+        /// The place.
+        hook: &'static str,
+    },
     /// A name nobody registered.
     #[error("unknown {kind} '{name}'{}", nearest.as_ref().map(|n| format!(", did you mean '{n}'?")).unwrap_or_default())]
     UnknownName {

@@ -130,7 +130,8 @@ impl Law {
     /// # Errors
     /// [`ModelError::EffectNotApplicable`] when the model lacks a hook an effect needs, [`ModelError::SoilUnknown`]
     /// when it lacks a soil value: never a silent no-op. [`ModelError::EffectTwice`] for one form of an effect twice: two
-    /// magnitudes of it would be two names for their sum. Several forms of one name may stand side by side.
+    /// magnitudes of it would be two names for their sum. Several forms of one name may stand side by side, unless they set
+    /// what there is one of ([`ModelError::HookTwice`]).
     pub fn new(
         model: Arc<dyn AnyModel>,
         effects: Vec<Arc<dyn AnyEffect>>,
@@ -153,6 +154,16 @@ impl Law {
                     effect: effect.name(),
                     hook: hook.name(),
                 });
+            }
+            for hook in effect.needs().iter().filter(|h| h.holds_one()) {
+                if let Some(first) = effects[..k].iter().find(|e| e.needs().contains(hook)) {
+                    let full = |e: &Arc<dyn AnyEffect>| format!("{}/{}", e.name(), e.form());
+                    return Err(ModelError::HookTwice {
+                        first: full(first),
+                        second: full(effect),
+                        hook: hook.name(),
+                    });
+                }
             }
             for &quantity in effect.needs_soil() {
                 let known = match quantity {

@@ -10,7 +10,7 @@ use terra_model::{
     WheelForces, catalogue,
 };
 
-const NAMES: [&str; 14] = [
+const NAMES: [&str; 16] = [
     "slip-sinkage",
     "multipass",
     "bulldozing",
@@ -25,6 +25,8 @@ const NAMES: [&str; 14] = [
     "lateral-bulldozing",
     "drivetrain-coulomb-friction",
     "drivetrain-viscous-friction",
+    "layered-soil",
+    "shear-hump",
 ];
 
 fn soil() -> Vec<f64> {
@@ -363,12 +365,8 @@ fn forms_differ_in_what_they_move() {
 /// The larger circle: at a Bekker sinkage of 20 mm its radius is R (sqrt(1 + e²) + e)².
 #[test]
 fn the_substitute_circle_at_its_reference_depth() {
-    let p = soil();
-    let (k, n) = (p[0] / 0.15 + p[1], p[2]);
-    // The load that sinks a wheel at rest by 20 mm.
-    let load = 0.02f64.powf(n + 0.5) * 0.15 * (3.0 - n) * k * 0.508f64.sqrt() / 3.0;
     let at = Contact {
-        normal_load: load,
+        normal_load: load_at(0.02),
         ..contact(0.2)
     };
     let factor = touched("wheel-compliance", "substitute-circle", 0.3, &at)
@@ -379,6 +377,118 @@ fn the_substitute_circle_at_its_reference_depth() {
         .hooks
         .exit_ratio;
     near(ratio, 0.3);
+}
+
+/// A load that sinks a wheel at rest by so much, by Bekker.
+fn load_at(sinkage: f64) -> f64 {
+    let p = soil();
+    let (k, n) = (p[0] / 0.15 + p[1], p[2]);
+    sinkage.powf(n + 0.5) * 0.15 * (3.0 - n) * k * 0.508f64.sqrt() / 3.0
+}
+
+/// A spring: the deflection f of the larger circle, (sqrt(1 + f/z) + sqrt(f/z))² = exp(2 arsinh sqrt(f/z)), is in proportion to
+/// the load, e² times 20 mm at 250 N.
+#[test]
+fn a_springy_wheel_deflects_with_its_load() {
+    for sinkage in [0.01, 0.02, 0.04] {
+        let at = Contact {
+            normal_load: load_at(sinkage),
+            ..contact(0.2)
+        };
+        let hooks = touched("wheel-compliance", "linear-spring", 0.3, &at).hooks;
+        let deflection = (hooks.contact_radius.ln() / 2.0).sinh().powi(2) * sinkage;
+        near(deflection, 0.09 * 0.02 * at.normal_load / 250.0);
+    }
+}
+
+/// A strip of half the contact's length on a stratum of depth H: 1 + 3.5 B/H, B = sqrt(2 R z_0)/2; at 20 mm and H = 1 m.
+#[test]
+fn hard_ground_below_is_felt_with_the_length_of_the_contact() {
+    let at = Contact {
+        normal_load: load_at(0.02),
+        ..contact(0.2)
+    };
+    let hooks = touched("layered-soil", "pressure-bulb", 1.0, &at).hooks;
+    near(
+        hooks.stiffness,
+        1.0 + 3.5 * (2.0f64 * 0.254 * 0.02).sqrt() / 2.0,
+    );
+    let heavier = Contact {
+        normal_load: load_at(0.08),
+        ..at
+    };
+    let more = touched("layered-soil", "pressure-bulb", 1.0, &heavier).hooks;
+    near((more.stiffness - 1.0) / (hooks.stiffness - 1.0), 2.0);
+}
+
+/// The default's layer nearer the surface: the secant stiffness k z_h^(n - 1) of the soil above it, at its own depth.
+#[test]
+fn a_shallow_layer_is_the_default_nearer_the_surface() {
+    let p = soil();
+    let (k, n) = (p[0] / 0.15 + p[1], p[2]);
+    for (form, depth) in [("default", 0.03), ("shallow", 0.01f64)] {
+        let hooks = touched("layered-soil", form, 2.0, &contact(0.2)).hooks;
+        near(hooks.layer_depth, depth);
+        near(hooks.layer_stiffness / (2.0 * k * depth.powf(n - 1.0)), 1.0);
+    }
+}
+
+/// A law has room for one layer, and says so: the second would move the first.
+#[test]
+fn two_layers_do_not_stand_in_one_law() {
+    let registry = Registry::builtin().with_forms();
+    let layer = |form| registry.effect_form("layered-soil", form).unwrap();
+    let model = || registry.model("wong-reece").unwrap();
+    let error = Law::new(model(), vec![layer("default"), layer("shallow")]).unwrap_err();
+    assert!(matches!(error, ModelError::HookTwice { .. }), "{error}");
+    let text = error.to_string();
+    assert!(text.contains("layered-soil/default"), "{text}");
+    assert!(text.contains("layered-soil/shallow"), "{text}");
+    assert!(text.contains("layer"), "{text}");
+    // The third form acts on the stiffness and needs no room.
+    Law::new(model(), vec![layer("default"), layer("pressure-bulb")]).unwrap();
+}
+
+/// The hump x e^(1 - x) is 1 at x = 1 and nowhere more: a mean displacement |s| l/2 of K.
+#[test]
+fn strength_peaks_where_the_contact_is_sheared_by_the_modulus() {
+    let law = Registry::builtin().law("wong-reece").unwrap();
+    let p = soil();
+    let place = law.params().iter().position(|p| p.symbol == "K").unwrap();
+    let length = (2.0f64 * 0.254 * 0.02).sqrt();
+    let gain = |slip: f64| {
+        let at = Contact {
+            normal_load: load_at(0.02),
+            ..contact(slip)
+        };
+        let hooks = touched("shear-hump", "peak-strength", 0.4, &at).hooks;
+        near(hooks.cohesion, hooks.friction);
+        hooks.friction
+    };
+    let peak = 2.0 * p[place] / length;
+    near(gain(0.0), 1.0);
+    near(gain(peak), 1.4);
+    assert!(gain(0.8 * peak) < 1.4 && gain((1.2 * peak).min(1.0)) < 1.4);
+}
+
+/// Soil that is swept: the default's pressure, all of it only for a flank that moves straight sideways.
+#[test]
+fn a_flank_meets_what_it_sweeps() {
+    let at = |angle: f64| Contact {
+        slip_angle: angle,
+        ..contact(0.2)
+    };
+    let side = |form, angle: f64| {
+        let [a, b] = change("lateral-bulldozing", form, 1.0, &at(angle));
+        b.lateral_force - a.lateral_force
+    };
+    // From a tangent of .1 on the default has all of it.
+    let whole = side("default", 0.5);
+    assert!(whole < 0.0);
+    for angle in [0.05, 0.2, 0.5f64] {
+        near(side("swept-pressure", angle) / whole, angle.sin());
+        near(side("swept-pressure", -angle) / whole, -angle.sin());
+    }
 }
 
 /// A hyperbola is the default's square at small torque and a scale at large; a knee says nothing below it.

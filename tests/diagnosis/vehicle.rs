@@ -159,6 +159,55 @@ fn another_formula_is_told_from_two_causes() {
     }
 }
 
+/// Ruts whose soil gains friction, where the library's gains cohesion and loses shear modulus: by each of the library's formulas
+/// next to nothing is there, so no fit begins where the ruts are, and the tangent promises a third of what there is. Nothing
+/// else explains the drives, and then all effects are followed by another formula.
+#[test]
+fn a_cause_is_found_whose_own_formula_speaks_against_it() {
+    for (magnitude, soil) in [
+        (
+            1.463,
+            [1.728e6, 0.9984, 883.4, 0.5963, 0.03233, 0.3041, 0.5242],
+        ),
+        (
+            1.003,
+            [1.270e6, 0.9456, 494.0, 0.4849, 0.0501, 0.3572, 0.3092],
+        ),
+    ] {
+        let d = diagnosed_in("multipass", "linear-passes", magnitude, soil);
+        let first = &d.causes[0];
+        assert_eq!(first.name, "multipass", "{:?}", d.set);
+        assert!(first.probability > 0.5, "{}", first.probability);
+        // A formula of its own is never named without doubt.
+        assert!(d.set.contains(&"unknown".to_owned()), "{:?}", d.set);
+    }
+}
+
+/// Soil that is stiffer the harder it is pressed, on a layer that no wheel reaches, and a wedge at the flank that grows with what
+/// is swept: with one formula each, friction in the drivetrain and skidding wheels would be named.
+#[test]
+fn more_forms_tell_layers_and_flanks_from_drivetrain_and_skidding() {
+    for (name, form, magnitude, soil) in [
+        (
+            "layered-soil",
+            "load-hardening",
+            2.722,
+            [2.5313e6, 0.9803, 1005.6, 0.4667, 0.01942, 0.3784, 0.3223],
+        ),
+        (
+            "lateral-bulldozing",
+            "wedge",
+            2.0926,
+            [2.2803e6, 1.1238, 1235.0, 0.4602, 0.05176, 0.3366, 0.2978],
+        ),
+    ] {
+        let d = diagnosed_in(name, form, magnitude, soil);
+        let first = &d.causes[0];
+        assert_eq!(first.name, name, "{:?}", d.set);
+        assert!(first.probability > 0.5, "{}", first.probability);
+    }
+}
+
 /// A ground speed that is late by a quarter of a second, more than a window, while the speed changes within less: it is named
 /// alone, and its delay found to a few milliseconds. To first order in the delay it would not be followed.
 #[test]

@@ -429,4 +429,34 @@ mod tests {
         assert!(terms("slip-sinkage").contains(&Term::Slip));
         assert!(terms("tow-load").contains(&Term::Offset));
     }
+
+    /// What grows with passes, path, slip angle or speed is another cause by another name, unless that is what the effect acts
+    /// by: bulldozed soil that appears on the second pass only is `multipass`.
+    #[test]
+    fn an_effect_varies_with_what_it_acts_by() {
+        let registry = Registry::builtin().with_forms();
+        let hooks = registry.law("wong-reece").unwrap().model().hooks().to_vec();
+        let may = |term: Term| {
+            let all = registry.effects().iter();
+            let of_ground = all.filter(|e| {
+                let touches = e.touches();
+                touches.contains(&Touch::Contact) || touches.contains(&Touch::Forces)
+            });
+            let mut names: Vec<&str> = of_ground
+                .filter(|e| Term::of(&***e, &hooks).contains(&term))
+                .map(|e| e.name())
+                .collect();
+            names.sort_unstable();
+            names.dedup();
+            names
+        };
+        assert_eq!(may(Term::Passes), ["multipass"]);
+        assert_eq!(may(Term::Path), ["terrain-drift"]);
+        assert_eq!(may(Term::Speed), ["rate-stiffening"]);
+        assert_eq!(
+            may(Term::Aside),
+            ["lateral-bulldozing", "skid-steer-lateral-slip"]
+        );
+        assert!(may(Term::Slip).len() > 10 && may(Term::Load).len() > 10);
+    }
 }

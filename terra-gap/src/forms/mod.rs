@@ -7,41 +7,38 @@
 //! one by their screened gain, and a set of them is paid for as one choice among all such sets.
 
 mod free;
+mod reshape;
 mod term;
 
 pub(crate) use free::FREE;
 
 use std::sync::Arc;
 
-use nalgebra::{DMatrix, DVector};
 use terra_model::AnyEffect;
 use terra_model::order::{ascending, descending};
 
 use crate::dataset::DataSet;
-use crate::fit::{Fit, evaluate_from};
 use crate::hypothesis::Hypothesis;
-use crate::memory::Memory;
 use crate::noise::Whitener;
 use crate::parallel::for_each;
 use crate::predictor::Predictor;
-use crate::screen::{Tangent, within_reach};
 use crate::setup::{Screened, Setup};
 use crate::weigh::{Amplitudes, Weighed, contest, weigh};
 
-use free::FreeForm;
-use term::{Regime, Term};
+use reshape::{From, Reshaped};
+use term::Regime;
 
 /// Manoeuvres from which a formula can be asked about: on a single ramp slip, speed and path are one variable, and a free
 /// formula would imitate what is in no library.
 pub(crate) const MANOEUVRES: usize = 3;
 /// Terms that a formula may differ by, in as many rounds.
 const TERMS: [usize; 2] = [4, 6];
-/// Screened gain beyond its price \[nats\] that a term must promise.
-const TERM_FROM: f64 = 2.0;
 /// Gain \[nats\] of the best single cause from which its formula can be asked about at all.
 pub(crate) const EFFECT: f64 = 6.0;
-/// Nats that it must be behind another answer.
+/// Nats that all of them must be behind another answer for more effects to be asked.
 const BEHIND: f64 = 2.0;
+/// Effects that are followed on few windows, and on all of them, where nothing explains a drive.
+const FOLLOWED: (usize, usize) = (12, 3);
 /// Misfit per value from which a second round of terms is asked for.
 const FAR: f64 = 1.1;
 
@@ -83,129 +80,6 @@ pub(crate) struct Ground<'a, 'b> {
     pub whitener: &'a Whitener,
 }
 
-/// One effect with the terms chosen so far.
-struct Reshaped {
-    effect: Arc<dyn AnyEffect>,
-    regime: Regime,
-    chosen: Vec<Term>,
-}
-
-impl Reshaped {
-    fn hypothesis(&self, null: &Hypothesis, more: &[Term]) -> Option<Hypothesis> {
-        let mut terms = self.chosen.clone();
-        terms.extend(more);
-        let free = FreeForm::new(Arc::clone(&self.effect), self.regime, terms);
-        null.with(Arc::new(free)).ok()
-    }
-
-    /// Chooses more terms at a fit, one by one by their screened gain: the Jacobian with them, and what they promise.
-    fn choose(
-        &mut self,
-        ground: &Ground<'_, '_>,
-        fit: &Fit,
-        most: usize,
-    ) -> Option<(DMatrix<f64>, f64)> {
-        let all = Term::of(&*self.effect, ground.null.law.model().hooks());
-        let price = (all.len() as f64).ln();
-        let others: Vec<Term> = all
-            .into_iter()
-            .filter(|t| !self.chosen.contains(t))
-            .collect();
-        let h = self.hypothesis(ground.null, &others)?;
-        let mut at = fit.x.as_slice().to_vec();
-        at.resize(h.len(), 0.0);
-        let (data, predictor) = (ground.data, ground.predictor);
-        let memory = Memory::of(predictor.contacts());
-        let columns = evaluate_from(data, predictor, &h, &at, fit.x.len(), &memory).ok()?;
-        let columns = ground.whitener.apply(&columns.jacobian);
-        let mut left: Vec<(Term, DVector<f64>)> = others
-            .into_iter()
-            .zip(columns.column_iter().map(|c| c.into_owned()))
-            .filter(|(_, c)| c.iter().all(|v| v.is_finite()) && c.norm_squared() > 1e-8)
-            .collect();
-        let mut fit = fit.clone();
-        let mut promised = 0.0;
-        while self.chosen.len() < most {
-            let tangent = Tangent::of(&fit);
-            let scores = left.iter().map(|(_, c)| tangent.score(c.clone(), false));
-            let best = scores
-                .enumerate()
-                .max_by(|a, b| a.1.log_bayes_factor.total_cmp(&b.1.log_bayes_factor));
-            let Some((k, score)) = best.filter(|b| b.1.log_bayes_factor > price + TERM_FROM) else {
-                break;
-            };
-            promised += score.log_bayes_factor - price;
-            fit.jacobian = score.beside(&fit.jacobian);
-            fit.x = fit.x.push(0.0);
-            self.chosen.push(left.swap_remove(k).0);
-        }
-        (promised > 0.0).then_some((fit.jacobian, promised))
-    }
-}
-
-/// ln of the number of ways to choose `k` terms `of` many: every set of them was as probable as any other before.
-fn choices(of: usize, k: usize) -> f64 {
-    (0..k)
-        .map(|i| ((of - i) as f64 / (i + 1) as f64).ln())
-        .sum()
-}
-
-/// An effect by another formula, where the data ask for one that could stand against `rival`, ln Z of another answer.
-fn reshape(
-    ground: &Ground<'_, '_>,
-    regime: Regime,
-    plain: &Weighed,
-    rival: f64,
-) -> Option<Weighed> {
-    let effect = Arc::clone(plain.hypothesis.effects().first()?);
-    let of = Term::of(&*effect, ground.null.law.model().hooks()).len();
-    let mut shape = Reshaped {
-        effect,
-        regime,
-        chosen: vec![],
-    };
-    let mut found: Option<Weighed> = None;
-    for most in TERMS {
-        let from = found.as_ref().unwrap_or(plain);
-        if found.is_some() && from.chi2_per_value() < FAR {
-            break;
-        }
-        let Some((guess, promised)) = shape.choose(ground, &from.plain, most) else {
-            break;
-        };
-        if from.log_evidence + within_reach(promised) < rival {
-            break;
-        }
-        let h = shape.hypothesis(ground.null, &[])?;
-        let mut start = from.plain.x.as_slice().to_vec();
-        start.resize(h.len(), 0.0);
-        let mut next = weigh(
-            ground.data,
-            ground.predictor,
-            &h,
-            ground.levels,
-            &[start],
-            Some(guess),
-            contest(ground.setup.kind),
-        )
-        .ok()?;
-        let paid = choices(of, shape.chosen.len());
-        next.log_evidence -= paid;
-        next.plain_log_evidence -= paid;
-        let worse = next.log_evidence <= from.log_evidence;
-        if found
-            .as_ref()
-            .is_none_or(|f| next.log_evidence > f.log_evidence)
-        {
-            found = Some(next);
-        }
-        if worse {
-            break;
-        }
-    }
-    found
-}
-
 /// The parts of a pair that are too weak to have been confirmed alone: another formula may do what the other part does.
 fn parts_alone(
     ground: &Ground<'_, '_>,
@@ -242,29 +116,28 @@ fn parts_alone(
     pair.hypothesis.effects().iter().filter_map(alone).collect()
 }
 
-/// Asks every confirmed single cause and the parts of the best pair again with a free formula, where `rival`, ln Z of a pair or
-/// of something unknown, stands above every single cause and one of these is far above `null`, and puts what is found beside
-/// their other forms. By the library's own formula the right one may be far behind: it is the terms' promise that tells.
+/// Asks the single causes again with a free formula, where one of these is far above the nominal law, and puts what is found
+/// beside their other forms. By the library's own formula the right one may be far behind: it is the terms' promise that tells.
+///
+/// First every confirmed one and the parts of the best pair; then once more those that are behind another's formula; and where
+/// `rival`, ln Z of a pair or of something unknown, still stands above all of them, the effects that were not confirmed.
 pub(crate) fn ask_again(
     ground: &Ground<'_, '_>,
-    screen: &[Screened],
+    (screen, effects): (&[Screened], &[Arc<dyn AnyEffect>]),
     singles: &mut Vec<(usize, Vec<Weighed>)>,
     pairs: &[Weighed],
-    null: f64,
+    nominal: &Weighed,
     rival: f64,
 ) {
     if ground.data.groups().len() < MANOEUVRES {
         return;
     }
-    let by_evidence = |a: &Weighed, b: &Weighed| a.log_evidence.total_cmp(&b.log_evidence);
-    let all = singles.iter().flat_map(|(_, w)| w);
-    let best = all
-        .map(|w| w.log_evidence)
-        .fold(f64::NEG_INFINITY, f64::max);
-    if best < null + EFFECT || best + BEHIND > rival {
+    let best = best_of(singles.iter().flat_map(|(_, w)| w));
+    if best < nominal.log_evidence + EFFECT {
         return;
     }
-    if let Some(pair) = pairs.iter().max_by(|a, b| by_evidence(a, b)) {
+    let by_evidence = |a: &&Weighed, b: &&Weighed| a.log_evidence.total_cmp(&b.log_evidence);
+    if let Some(pair) = pairs.iter().max_by(by_evidence) {
         let parts = parts_alone(ground, screen, singles, pair);
         singles.extend(parts);
     }
@@ -280,28 +153,130 @@ pub(crate) fn ask_again(
         names.push(name(*i));
         new
     });
-    let found: Vec<(usize, Weighed)> = for_each(order.len(), |rank| {
-        let i = order[rank];
-        let w = reshape(ground, regime, &singles[i].1[0], rival)?;
-        Some((i, w))
-    })
-    .into_iter()
-    .flatten()
-    .collect();
-    for (i, w) in found {
-        singles[i].1.push(w);
+    let bar = rival.max(best);
+    let first = for_each(order.len(), |rank| {
+        let plain = &singles[order[rank]].1[0];
+        let effect = Arc::clone(plain.hypothesis.effects().first()?);
+        let from = From::plain(ground, plain);
+        asked(ground, Reshaped::new(effect, regime), from, bar)
+    });
+    let places = order.iter().map(|&i| singles[i].0);
+    let mut found: Vec<(usize, Found)> = places
+        .zip(first)
+        .filter_map(|(k, f)| Some((k, f?)))
+        .collect();
+    let ahead = |found: &[(usize, Found)]| best.max(best_of(found.iter().map(|(_, f)| &f.1)));
+    // A formula that followed the data well enough by itself may need another term beside one that follows them better.
+    let bar = ahead(&found);
+    let again = for_each(found.len(), |n| {
+        let (shape, w) = &found[n].1;
+        let mut shape = shape.clone();
+        let from = From::end(w);
+        let more = (w.log_evidence < bar).then(|| shape.ask(ground, &from, TERMS[1], bar))??;
+        (more.log_evidence > w.log_evidence).then_some((shape, more))
+    });
+    for ((_, before), more) in found.iter_mut().zip(again) {
+        *before = more.unwrap_or_else(|| before.clone());
+    }
+    if ahead(&found) + BEHIND < rival {
+        let rows: Vec<usize> = (0..screen.len())
+            .filter(|k| !order.iter().any(|&i| singles[i].0 == *k))
+            .collect();
+        let begin = |&k: &usize| {
+            let weighed = singles.iter().find(|(row, w)| *row == k && !w.is_empty());
+            if let Some(plain) = weighed.and_then(|(_, w)| w.first()) {
+                let effect = Arc::clone(plain.hypothesis.effects().first()?);
+                return Some((k, effect, From::plain(ground, plain)));
+            }
+            let row = &screen[k];
+            let same = |e: &&Arc<dyn AnyEffect>| (e.name(), e.form()) == (&row.name, &row.form);
+            let effect = effects.iter().find(same)?;
+            let h = ground.null.with(Arc::clone(effect)).ok()?;
+            let from = From::nothing(ground, nominal, &h)?;
+            Some((k, Arc::clone(effect), from))
+        };
+        found.extend(look_everywhere(ground, regime, &rows, begin, rival));
+    }
+    for (k, (_, w)) in found {
+        match singles
+            .iter_mut()
+            .find(|(row, all)| *row == k && !all.is_empty())
+        {
+            Some((_, all)) => all.push(w),
+            None => singles.push((k, vec![w])),
+        }
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
+/// An effect and what was found for it.
+type Found = (Reshaped, Weighed);
 
-    /// Ten pairs of five; the order in which they were chosen is none of the prior's business.
-    #[test]
-    fn a_set_of_terms_is_one_choice() {
-        assert!((choices(5, 2) - 10.0_f64.ln()).abs() < 1e-12);
-        assert!((choices(20, 3) - 1140.0_f64.ln()).abs() < 1e-12);
-        assert_eq!(choices(7, 0), 0.0);
+/// The largest ln Z.
+fn best_of<'a>(all: impl Iterator<Item = &'a Weighed>) -> f64 {
+    all.map(|w| w.log_evidence)
+        .fold(f64::NEG_INFINITY, f64::max)
+}
+
+/// Effects that were not asked yet, where nothing else explains the drive: far from the data the tangent promises much less than
+/// there is, so those that promise most are followed on few windows, whatever it is, and those that come nearest on all.
+fn look_everywhere(
+    ground: &Ground<'_, '_>,
+    regime: Regime,
+    rows: &[usize],
+    begin: impl Fn(&usize) -> Option<(usize, Arc<dyn AnyEffect>, From)> + Sync,
+    rival: f64,
+) -> Vec<(usize, Found)> {
+    let promised = for_each(rows.len(), |n| {
+        let (k, effect, from) = begin(&rows[n])?;
+        let mut shape = Reshaped::new(effect, regime);
+        let (guess, promised) = shape.choose(ground, &from.fit, TERMS[0])?;
+        Some((k, shape, from, guess, promised))
+    });
+    let mut promised: Vec<_> = promised.into_iter().flatten().collect();
+    descending(&mut promised, |(_, _, from, _, promised)| {
+        from.log_evidence + promised
+    });
+    promised.truncate(FOLLOWED.0);
+    let roughly = for_each(promised.len(), |n| {
+        let (k, shape, from, guess, _) = &promised[n];
+        let (cost, end) = shape.roughly(ground, from, guess)?;
+        Some((cost, *k, shape.clone(), end))
+    });
+    let mut roughly: Vec<_> = roughly.into_iter().flatten().collect();
+    ascending(&mut roughly, |(cost, ..)| *cost);
+    roughly.truncate(FOLLOWED.1);
+    let found = for_each(roughly.len(), |n| {
+        let (_, k, shape, end) = &roughly[n];
+        let (shape, from) = (shape.clone(), From::end(end));
+        let w = shape.fitted(ground, &from, None)?;
+        let near = w.chi2_per_value() < FAR;
+        let more = (!near).then(|| asked(ground, shape.clone(), From::end(&w), rival));
+        let found = match more.flatten() {
+            Some(more) if more.1.log_evidence > w.log_evidence => more,
+            _ => (shape, w),
+        };
+        Some((*k, found))
+    });
+    found.into_iter().flatten().collect()
+}
+
+/// An effect by another formula, where the data ask for one that could stand against `rival`, ln Z of another answer.
+fn asked(ground: &Ground<'_, '_>, shape: Reshaped, from: From, rival: f64) -> Option<Found> {
+    let (mut shape, mut from) = (shape, from);
+    let mut found: Option<Found> = None;
+    for most in TERMS {
+        let Some(next) = shape.ask(ground, &from, most, rival) else {
+            break;
+        };
+        let better = next.log_evidence > from.log_evidence;
+        let near = next.chi2_per_value() < FAR;
+        from = From::end(&next);
+        if better || found.is_none() {
+            found = Some((shape.clone(), next));
+        }
+        if near || !better {
+            break;
+        }
     }
+    found
 }

@@ -1,6 +1,9 @@
 //! The ways in which an effect's formula may differ from the library's: one smooth factor each.
 
-use terra_model::{AnyEffect, Channel, Hook, Param, Real, Scalar, Scale, Touch};
+use terra_model::{
+    AnyEffect, Channel, Circumstance, Contact, Hook, Param, Real, Scalar, Scale, Soil, Touch,
+    WheelForces,
+};
 
 /// A dimensionless coordinate of the regime, about -1 to 1 over a log.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -118,17 +121,70 @@ fn is_bent(effect: &dyn AnyEffect) -> bool {
     (reads(20.0) - 2.0 * reads(10.0) + reads(0.0)).abs() > 1e-9
 }
 
+/// True where an effect of the contact acts by how fast the wheel moves.
+fn is_of_speed(effect: &dyn AnyEffect) -> bool {
+    let e: Vec<f64> = effect.params().iter().map(|p| p.prior_sd).collect();
+    let effect = f64::of_effect(effect);
+    let soil = Soil {
+        cohesion: Some(1e3),
+        friction_angle: Some(0.5),
+        stiffness: Some(1e6),
+        sinkage_exponent: Some(1.0),
+        shear_modulus: Some(0.02),
+    };
+    let at_speed = |speed: f64| {
+        let mut at = Contact::new(0.2, 250.0, 0.25, 0.15);
+        (at.speed, at.wheel_speed) = (speed, speed / (0.8 * 0.25));
+        (at.slip_angle, at.path, at.earlier_passes) = (0.1, 5.0, 1.0);
+        (at.side, at.wheelbase) = (1.0, 0.6);
+        effect.alter_contact(&e, &soil, &mut at);
+        let mut forces = WheelForces::from_thrust(100.0, 30.0, 20.0);
+        forces.sinkage = Some(0.02);
+        effect.alter_forces(&e, &soil, &at, &mut forces);
+        let h = at.hooks;
+        let soil = [
+            h.stiffness,
+            h.cohesion,
+            h.friction,
+            h.shear_modulus,
+            h.sinkage_exponent,
+        ];
+        let wheel = [h.contact_radius, h.exit_ratio, h.shear_hump, h.lug_height];
+        let pull = [
+            forces.drawbar_pull,
+            forces.resistive_torque,
+            forces.lateral_force,
+        ];
+        (soil, wheel, pull)
+    };
+    at_speed(0.2) != at_speed(0.6)
+}
+
 impl Term {
     /// The terms that an effect may have on a model that honours these hooks. What an instrument or a ruler gets wrong has
     /// no other formula where it is a straight line, and neither has a contact that is changed in no hook.
+    ///
+    /// An effect of the ground may be stronger or weaker with slip and load, which every contact has, and with what its own
+    /// formula acts by: bulldozed soil that appears on the second pass only would be another name for `multipass`.
     pub(crate) fn of(effect: &dyn AnyEffect, hooks: &[Hook]) -> Vec<Term> {
         let touches = effect.touches();
         let mut out: Vec<Term> = vec![];
-        if touches.contains(&Touch::Contact) && !effect.needs().is_empty() {
-            out.extend([
-                Slip, SlipBend, SlipNear, Load, Speed, SpeedBend, Path, PathBend, PathTwist, Aside,
-                Passes,
-            ]);
+        let of_contact = touches.contains(&Touch::Contact) && !effect.needs().is_empty();
+        if of_contact || touches.contains(&Touch::Forces) {
+            out.extend([Slip, SlipBend, SlipNear, Load]);
+            if is_of_speed(effect) {
+                out.extend([Speed, SpeedBend]);
+            }
+            for circumstance in effect.reads() {
+                match circumstance {
+                    Circumstance::Path => out.extend([Path, PathBend, PathTwist]),
+                    Circumstance::SlipAngle => out.push(Aside),
+                    Circumstance::EarlierPasses => out.push(Passes),
+                    Circumstance::Side => {}
+                }
+            }
+        }
+        if of_contact {
             let mixed = [
                 (Hook::Stiffness, Stiffness),
                 (Hook::Cohesion, Cohesion),
@@ -139,9 +195,7 @@ impl Term {
             out.extend(honoured.map(|(_, term)| term));
         }
         if touches.contains(&Touch::Forces) {
-            out.extend([
-                Slip, SlipBend, SlipNear, Load, Speed, Path, Aside, Passes, Torque, SideForce,
-            ]);
+            out.extend([Torque, SideForce]);
         }
         if touches.contains(&Touch::Loads) {
             out.extend([

@@ -19,6 +19,17 @@ pub struct LayeredSoil;
 /// z_h of the default form \[m\].
 const DEPTH: f64 = 0.03;
 
+/// Puts a layer of e times the secant stiffness of the soil above it below `depth` \[m\].
+pub(super) fn add_layer<T: Real>(e: T, soil: &Soil<T>, at: &mut Contact<T>, depth: f64) {
+    // `NEEDS_SOIL` keeps models without k and n away.
+    let (Some(k), Some(n)) = (soil.stiffness, soil.sinkage_exponent) else {
+        return;
+    };
+    let depth = T::from(depth);
+    at.hooks.layer_depth = depth;
+    at.hooks.layer_stiffness += e * k * depth.pow_pos(n - 1.0);
+}
+
 impl Effect for LayeredSoil {
     const NAME: &'static str = "layered-soil";
     const SUMMARY: &'static str = "a stiffer layer lies 30 mm below the surface";
@@ -40,12 +51,6 @@ impl Effect for LayeredSoil {
         "a plate test to 100 mm, or two loads that sink less and more than the layer's depth";
 
     fn before<T: Real>(&self, e: &[T], soil: &Soil<T>, at: &mut Contact<T>) {
-        // `NEEDS_SOIL` keeps models without k and n away.
-        let (Some(k), Some(n)) = (soil.stiffness, soil.sinkage_exponent) else {
-            return;
-        };
-        let depth = T::from(DEPTH);
-        at.hooks.layer_depth = depth;
-        at.hooks.layer_stiffness += e[0] * k * depth.pow_pos(n - 1.0);
+        add_layer(e[0], soil, at, DEPTH);
     }
 }

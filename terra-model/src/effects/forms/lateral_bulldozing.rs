@@ -1,8 +1,9 @@
-//! Another form of lateral bulldozing: a destructive surface on the flank that meets the soil.
+//! Other forms of lateral bulldozing: a destructive surface on the flank that meets the soil, earth pressure as it is swept.
 
 use crate::contact::Contact;
 use crate::effect::{Circumstance, Effect, Touch};
 use crate::effects::LateralBulldozing;
+use crate::effects::bulldozing::push_per_width;
 use crate::forces::WheelForces;
 use crate::model::Soil;
 use crate::param::Param;
@@ -59,5 +60,49 @@ impl Effect for CuttingFlank {
         let mean = c * z * (2.0 / 3.0) + second * z.squared() * (0.5 * UNIT_WEIGHT * 8.0 / 15.0);
         let share = (at.slip_angle.tan() * 10.0).tanh();
         forces.lateral_force -= e[0] * chord * first * mean * share;
+    }
+}
+
+/// Earth pressure on the flank grows with what it sweeps.
+///
+/// # Equation
+/// side force against the sideways motion of .12 e L (Fb/b) sin β, Fb/b as the default form
+///
+/// # Reference
+/// Passive earth pressure (Rankine) as the default form; K. Yoshida, G. Ishigami, IROS 2004, for sin β (recalled).
+#[derive(Clone, Copy, Debug, Default)]
+pub struct SweptPressure;
+
+impl Effect for SweptPressure {
+    form_of!(LateralBulldozing);
+    const FORM: &'static str = "swept-pressure";
+    const SUMMARY: &'static str = "earth pressure on the flank grows with what it sweeps";
+    const PARAMS: &'static [Param] = &[Param::magnitude(
+        "1",
+        [0.0, 100.0],
+        4.0,
+        "share of the passive earth pressure on .12 wheelbases of a flank that moves straight sideways",
+    )];
+    const EQUATION: &'static str =
+        "side force against the sideways motion of .12 e L (Fb/b) sin β, Fb/b as the default form";
+    const REFERENCE: &'static str =
+        "Rankine passive pressure; K. Yoshida, G. Ishigami, IROS 2004, for sin β (recalled)";
+    const NEEDS_SOIL: &'static [&'static str] = &["cohesion", "friction_angle"];
+    const TOUCHES: &'static [Touch] = &[Touch::Forces];
+    const READS: &'static [Circumstance] = &[Circumstance::SlipAngle];
+
+    fn after<T: Real>(
+        &self,
+        e: &[T],
+        soil: &Soil<T>,
+        at: &Contact<T>,
+        forces: &mut WheelForces<T>,
+    ) {
+        if let Some(push) = push_per_width(soil, forces) {
+            let tan = at.slip_angle.tan();
+            // sin β
+            let share = tan / (tan.squared() + 1.0).sqrt();
+            forces.lateral_force -= e[0] * 0.12 * at.wheelbase * push * share;
+        }
     }
 }

@@ -6,9 +6,9 @@
 //!
 //! One form only: what is a definition (the bias, scale or delay of a sensor, a mass, a radius, a track width, a centre of
 //! gravity, an inclination), a towed load and air resistance, which are a constant and a square of speed, and the sideways
-//! slip of a skidding wheel, for which no second source was found. A layer below the surface and a shear stress with a
-//! residual strength are also slots of the models (`layered`, `wong-hump`): the published hump has no value at which it is no
-//! hump, so it is a structure and no form of `shear-hump`.
+//! slip of a skidding wheel, for which no second source was found. A shear stress with a residual strength is also a slot of
+//! the models (`wong-hump`): that published hump has no value at which it is no hump, so it is a structure and no form of
+//! `shear-hump`.
 
 /// What a form has from the effect it is a form of: name, kind of log, where it shows, the experiment that isolates it.
 macro_rules! form_of {
@@ -26,9 +26,11 @@ mod grousers;
 mod interface_friction;
 mod lateral_bulldozing;
 mod lateral_contrast;
+mod layered_soil;
 mod multipass;
 mod rate_stiffening;
 mod rear_contact;
+mod shear_hump;
 mod slip_sinkage;
 mod terrain_drift;
 mod torque_droop;
@@ -38,15 +40,17 @@ pub use bulldozing::{BearingCapacity, RubbingPile};
 pub use drivetrain_friction::{Lubricant, Stribeck};
 pub use grousers::{PassiveLug, SideWalls};
 pub use interface_friction::{Adhesion, SkinAngle};
-pub use lateral_bulldozing::CuttingFlank;
+pub use lateral_bulldozing::{CuttingFlank, SweptPressure};
 pub use lateral_contrast::StrengthContrast;
+pub use layered_soil::{PressureBulb, ShallowLayer};
 pub use multipass::{PackedStrength, Rut};
 pub use rate_stiffening::{RimSpeed, ShearRate};
 pub use rear_contact::{ElasticUnloading, EnergyReturn};
+pub use shear_hump::PeakStrength;
 pub use slip_sinkage::{Excavation, Proportional};
 pub use terrain_drift::{StrengthDrift, Undulating};
 pub use torque_droop::{Hyperbola, Knee};
-pub use wheel_compliance::SubstituteCircle;
+pub use wheel_compliance::{LinearSpring, SubstituteCircle};
 
 use crate::contact::Contact;
 use crate::forces::WheelForces;
@@ -91,6 +95,7 @@ pub(crate) fn register(registry: Registry) -> Registry {
         .with_effect::<Adhesion>()
         .with_effect::<SkinAngle>()
         .with_effect::<CuttingFlank>()
+        .with_effect::<SweptPressure>()
         .with_effect::<StrengthContrast>()
         .with_effect::<Stribeck>()
         .with_effect::<Lubricant>()
@@ -99,6 +104,10 @@ pub(crate) fn register(registry: Registry) -> Registry {
         .with_effect::<RimSpeed>()
         .with_effect::<ShearRate>()
         .with_effect::<SubstituteCircle>()
+        .with_effect::<LinearSpring>()
+        .with_effect::<ShallowLayer>()
+        .with_effect::<PressureBulb>()
+        .with_effect::<PeakStrength>()
         .with_effect::<Hyperbola>()
         .with_effect::<Knee>()
         .with_effect::<StrengthDrift>()
