@@ -17,6 +17,7 @@
 mod abreast;
 mod ahead;
 mod choice;
+mod own_noise;
 mod read;
 mod stream;
 mod window;
@@ -25,7 +26,7 @@ pub use read::DriveWindows;
 pub(crate) use read::{all_windows, from_log, from_logs};
 pub(crate) use stream::{Slot, Stream};
 pub(crate) use window::{
-    BENT, Line, Reader, SERIES, Taken, bends, channels, line, short_scatter, usual,
+    BENT, Line, Reader, SERIES, Taken, bends, channels, declared, line, short_scatter, usual,
 };
 
 use std::ops::Range;

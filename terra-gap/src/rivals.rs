@@ -220,10 +220,12 @@ fn is_free(rival: &Weighed) -> bool {
 /// Takes out the pairs that need no second cause, because one cause by another formula explains nearly as much, and gives back
 /// those that explain more than it.
 fn take_needless(pairs: &mut Vec<Weighed>, singles: &[(usize, Vec<Weighed>)]) -> Vec<Weighed> {
-    let reshaped = singles.iter().flat_map(|(_, w)| w).filter(|w| is_free(w));
-    let bar = reshaped
-        .map(|w| w.log_evidence)
-        .fold(f64::NEG_INFINITY, f64::max);
+    let by_evidence = |a: &&Weighed, b: &&Weighed| a.log_evidence.total_cmp(&b.log_evidence);
+    let best = singles.iter().flat_map(|(_, w)| w).max_by(by_evidence);
+    // One that is behind another cause is not the answer instead of the two.
+    let bar = best
+        .filter(|w| is_free(w))
+        .map_or(f64::NEG_INFINITY, |w| w.log_evidence);
     let (needed, mut needless): (Vec<_>, Vec<_>) = pairs
         .drain(..)
         .partition(|pair| pair.log_evidence > bar + FORMULA);

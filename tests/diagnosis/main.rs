@@ -4,6 +4,7 @@
 
 mod contrast;
 mod measured;
+mod own_noise;
 mod properties;
 mod rig;
 mod several;

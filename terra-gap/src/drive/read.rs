@@ -6,6 +6,7 @@ use terra_data::{DriveLog, Rover};
 
 use super::DrivePredictor;
 use super::choice::{ALIKE, Choice};
+use super::own_noise;
 use super::stream::Stream;
 use super::window::{BENT, Sensors, Taken, bends, channels, short_scatter, usual};
 use crate::dataset::DataSet;
@@ -181,7 +182,10 @@ fn joined(
         }
     }
     leave_out(ALIKE, choice.left_out());
-    let chosen: Vec<Taken> = choice.into_windows().collect();
+    let mut chosen: Vec<Taken> = choice.into_windows().collect();
+    let rough = rover.noise.get("roughness_N").is_some();
+    let follows_itself = own_noise::beyond_of_acceleration(&chosen);
+    let notes = own_noise::raise(&mut chosen, rough);
     let scatters: Vec<_> = chosen.iter().map(|taken| taken.scatter).collect();
     let usual = usual(&scatters);
     let bent = scatters.iter().map(|s| bends(s, &usual)).collect();
@@ -195,13 +199,13 @@ fn joined(
     let data = DataSet {
         channels: if useful { channels(&vehicle) } else { vec![] },
         short_scatter: if useful {
-            short_scatter(&usual, &sensors)
+            short_scatter(&usual, &sensors, follows_itself)
         } else {
             vec![]
         },
         observations,
         dropped,
-        notes: vec![],
+        notes,
     };
     let predictor = DrivePredictor::new(vehicle, windows, logs.soils());
     Ok((data, predictor, bent))

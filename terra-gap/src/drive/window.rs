@@ -14,7 +14,7 @@ use crate::dataset::{ChannelInfo, Factors, Observation};
 use crate::error::GapError;
 use crate::rig::median;
 
-/// Share of a window's samples that a channel must have.
+/// Share of a window's time that a channel's samples must stand for.
 const PRESENT: f64 = 0.6;
 
 /// How many times more than in the median window a channel may scatter around its line. A step inside a window has a mean
@@ -34,10 +34,10 @@ const SPIN_UP: f64 = 30.0;
 /// Channels whose scatter is looked at: four torques, a_x, v, r, four ω.
 pub(crate) const SERIES: usize = 11;
 /// Where they begin after the torques.
-const SCATTER_ACCEL: usize = 4;
-const SCATTER_SPEED: usize = 5;
-const SCATTER_YAW: usize = 6;
-const SCATTER_WHEEL: usize = 7;
+pub(super) const SCATTER_ACCEL: usize = 4;
+pub(super) const SCATTER_SPEED: usize = 5;
+pub(super) const SCATTER_YAW: usize = 6;
+pub(super) const SCATTER_WHEEL: usize = 7;
 /// Why a bent window is left out.
 pub(crate) const BENT: &str = "a step or an outlier inside the window";
 
@@ -47,9 +47,14 @@ pub(crate) struct Line {
     pub(crate) slope: f64,
     pub(crate) mean_sd: f64,
     pub(crate) slope_sd: f64,
-    /// Mean square around the line, in units of the sensor's variance.
+    /// Mean square around the line, in units of the sensor's variance; NaN where two samples make the line.
     pub(crate) scatter: f64,
+    /// Product of one residual with the next over their square, in the mean; NaN where there is none.
+    pub(crate) lag: f64,
+    pub(crate) samples: usize,
 }
+
+/// The line at the middle of a window. A channel of a slower rate has its samples in some rows only.
 
 pub(crate) fn line(
     time: &[f64],
@@ -57,14 +62,19 @@ pub(crate) fn line(
     rows: std::ops::Range<usize>,
     sd: f64,
 ) -> Option<Line> {
-    let total = rows.len();
+    let (total, times) = (rows.len(), time.get(rows.clone())?);
     let points: Vec<(f64, f64)> = rows
         .filter_map(|i| Some((*time.get(i)?, series.get(i)?)))
         .collect();
     let n = points.len() as f64;
-    if n < 3.0 || n < PRESENT * total as f64 {
+    let stands_for = |first: f64, last: f64, n: f64| (last - first) * n / (n - 1.0);
+    let all = stands_for(*times.first()?, *times.last()?, total as f64);
+    let own = stands_for(points.first()?.0, points.last()?.0, n);
+    // Two samples of three or more rows are a slow channel's, two of two rows the end of a manoeuvre.
+    if total < 3 || points.len() < 2 || own < PRESENT * all {
         return None;
     }
+    let middle = times.iter().sum::<f64>() / total as f64;
     let (t, y) = (
         points.iter().map(|p| p.0).sum::<f64>() / n,
         points.iter().map(|p| p.1).sum::<f64>() / n,
@@ -72,15 +82,65 @@ pub(crate) fn line(
     let stt: f64 = points.iter().map(|p| (p.0 - t).powi(2)).sum();
     let sty: f64 = points.iter().map(|p| (p.0 - t) * (p.1 - y)).sum();
     let slope = sty / stt;
-    let around = |p: &(f64, f64)| (p.1 - y - slope * (p.0 - t)).powi(2);
-    let square = points.iter().map(around).sum::<f64>() / (n - 2.0).max(1.0);
+    let residuals: Vec<f64> = points.iter().map(|p| p.1 - y - slope * (p.0 - t)).collect();
+    let squares: f64 = residuals.iter().map(|e| e * e).sum();
+    let pairs = residuals.iter().zip(residuals.iter().skip(1));
+    let next: f64 = pairs.map(|(a, b)| a * b).sum();
+    let (mean_sd, slope_sd) = (sd / n.sqrt(), sd / stt.sqrt());
+    let off = middle - t;
     Some(Line {
-        mean: y,
+        mean: y + slope * off,
         slope,
-        mean_sd: sd / n.sqrt(),
-        slope_sd: sd / stt.sqrt(),
-        scatter: if sd > 0.0 { square / (sd * sd) } else { 0.0 },
+        mean_sd: if off == 0.0 {
+            mean_sd
+        } else {
+            mean_sd.hypot(slope_sd * off)
+        },
+        slope_sd,
+        scatter: match points.len() {
+            2 => f64::NAN,
+            _ if sd > 0.0 => squares / (n - 2.0) / (sd * sd),
+            _ => 0.0,
+        },
+        lag: if points.len() > 2 {
+            next / squares
+        } else {
+            f64::NAN
+        },
+        samples: points.len(),
     })
+}
+
+/// Mean of the cells that a channel has in a window: a missing cell is a missing sample. `Ok(None)` where the log lacks the
+/// channel, an error where it has no cell here.
+pub(crate) fn cells(
+    series: Option<&Series>,
+    rows: Range<usize>,
+    missing: &'static str,
+) -> Result<Option<f64>, &'static str> {
+    let Some(series) = series else {
+        return Ok(None);
+    };
+    let mut present = rows.filter_map(|row| series.get(row));
+    let first = present.next().ok_or(missing)?;
+    let (more, n) = present.fold((0.0, 1.0), |(sum, n), v| (sum + (v - first), n + 1.0));
+    Ok(Some(first + more / n))
+}
+
+/// What is declared for a window by the cell nearest to its middle, likewise.
+pub(crate) fn declared(
+    series: Option<&Series>,
+    rows: Range<usize>,
+    missing: &'static str,
+) -> Result<Option<f64>, &'static str> {
+    let Some(series) = series else {
+        return Ok(None);
+    };
+    let middle = rows.start + rows.len() / 2;
+    let nearest = rows
+        .filter_map(|row| Some((row.abs_diff(middle), series.get(row)?)))
+        .min_by_key(|(apart, _)| *apart);
+    Ok(Some(nearest.ok_or(missing)?.1))
 }
 
 /// True where something jumps as no vehicle's does from one row to the next, speed and wheels, payload and pass, or the slope it
@@ -170,6 +230,8 @@ pub(crate) struct Taken {
     pub(crate) observation: Observation,
     /// Scatter around the line of every channel; NaN where it was not measured.
     pub(crate) scatter: [f64; SERIES],
+    /// How far a sample of every channel follows the one before around the line, and of how many samples.
+    pub(crate) lag: [(f64, usize); SERIES],
 }
 
 impl Taken {
@@ -380,10 +442,12 @@ impl Reader {
         let mut sd = [0.0; RAW];
         let mut measured = vec![];
         let mut scatter = [f64::NAN; SERIES];
+        let mut lag = [(f64::NAN, 0); SERIES];
         for (q, series) in log.wheel_torque.iter().flatten().enumerate() {
             if let Some(l) = over(series, sd_of.torque) {
                 (raw[TORQUE + q], sd[TORQUE + q]) = (l.mean, l.mean_sd);
                 scatter[q] = l.scatter;
+                lag[q] = (l.lag, l.samples);
                 measured.push(TORQUE + q);
             }
         }
@@ -391,17 +455,20 @@ impl Reader {
         if let Some(l) = accel.and_then(|(a, sd)| over(a, sd)) {
             (raw[ACCEL], sd[ACCEL]) = (l.mean, l.mean_sd);
             scatter[SCATTER_ACCEL] = l.scatter;
+            lag[SCATTER_ACCEL] = (l.lag, l.samples);
             measured.push(ACCEL);
         }
         (raw[SPEED_RATE], sd[SPEED_RATE]) = (v.slope, v.slope_sd);
         measured.push(SPEED_RATE);
         (raw[SPEED], sd[SPEED]) = (v.mean, v.mean_sd);
         scatter[SCATTER_SPEED] = v.scatter;
+        lag[SCATTER_SPEED] = (v.lag, v.samples);
         // Without a yaw rate the vehicle drives straight, as its wheels do; its yaw equation is then not used.
         if let Some(r) = yaw {
             (raw[YAW_ACCELERATION], sd[YAW_ACCELERATION]) = (r.slope, r.slope_sd);
             (raw[YAW_RATE], sd[YAW_RATE]) = (r.mean, r.mean_sd);
             scatter[SCATTER_YAW] = r.scatter;
+            lag[SCATTER_YAW] = (r.lag, r.samples);
             measured.push(YAW_ACCELERATION);
         }
         if !measured.contains(&YAW_ACCELERATION) {
@@ -410,19 +477,21 @@ impl Reader {
         for (q, w) in wheels.iter().enumerate() {
             (raw[WHEEL + q], sd[WHEEL + q]) = (w.mean, w.mean_sd);
             scatter[SCATTER_WHEEL + q] = w.scatter;
+            lag[SCATTER_WHEEL + q] = (w.lag, w.samples);
             (raw[WHEEL_RATE + q], sd[WHEEL_RATE + q]) = (w.slope, w.slope_sd);
         }
-        let middle = rows.start + rows.len() / 2;
-        let mean = |s: &Option<Series>| s.as_ref().and_then(|s| s.get(middle));
-        let time = log.time.get(middle).copied().unwrap_or_default();
+        let time = log.time.get(rows.start + rows.len() / 2);
+        let time = time.copied().unwrap_or_default();
+        let cells = |s: &Option<Series>, missing| cells(s.as_ref(), rows.clone(), missing);
+        let declared = |s: &Option<Series>, missing| declared(s.as_ref(), rows.clone(), missing);
         let slips = (0..4).map(|q| library_slip(raw[WHEEL + q] * vehicle.wheel_radius, raw[SPEED]));
         let slip = slips.sum::<f64>() / 4.0;
         let (low, high) = gap.slip_range;
         if !(low..=high).contains(&slip) {
             return Err("slip outside [gap] slip_range");
         }
-        let pass = mean(&log.pass).unwrap_or(1.0);
-        let payload = mean(&log.payload).unwrap_or(0.0);
+        let pass = declared(&log.pass, "window without pass")?.unwrap_or(1.0);
+        let payload = declared(&log.payload, "window without payload_kg")?.unwrap_or(0.0);
         let ends = [-0.5, 0.5].map(|end| {
             let dt = end * gap.window;
             let v = raw[SPEED] + raw[SPEED_RATE] * dt;
@@ -443,11 +512,11 @@ impl Reader {
             raw,
             nodes,
             measured: measured.clone(),
-            pitch: mean(&log.pitch).unwrap_or(0.0),
-            roll: mean(&log.roll).unwrap_or(0.0),
+            pitch: cells(&log.pitch, "window without pitch_rad")?.unwrap_or(0.0),
+            roll: cells(&log.roll, "window without roll_rad")?.unwrap_or(0.0),
             payload,
             earlier_passes: (pass - 1.0).max(0.0),
-            path: mean(&log.distance).unwrap_or(middle_path),
+            path: declared(&log.distance, "window without distance_m")?.unwrap_or(middle_path),
             time,
             around: [gap.window, 2.0 * gap.window, -gap.window],
             known: 0,
@@ -476,6 +545,7 @@ impl Reader {
             window,
             observation,
             scatter,
+            lag,
         })
     }
 
@@ -491,11 +561,16 @@ impl Reader {
 }
 
 /// Variance of a window's value at most, by what scatters inside windows beyond the sensors' noise: of the body's acceleration alone.
-/// Under a motor that holds its torque a rough ground shows in a wheel's speed.
-pub(crate) fn short_scatter(usual: &[f64; SERIES], sensors: &Sensors) -> Vec<Option<f64>> {
+/// Under a motor that holds its torque a rough ground shows in a wheel's speed. `follows_itself`: the variance of its mean where
+/// its samples follow each other.
+pub(crate) fn short_scatter(
+    usual: &[f64; SERIES],
+    sensors: &Sensors,
+    follows_itself: f64,
+) -> Vec<Option<f64>> {
     // White noise alone scatters by 1 in the mean; .963 is the median of chi2/n for the eighteen freedoms of twenty samples.
     let beyond = |sd: f64| (usual[SCATTER_ACCEL] / 0.963 - 1.0).max(0.0) * sd * sd * LASTS;
     let mut out = vec![None; VALUES];
-    out[ACCEL] = sensors.accel.map(beyond);
+    out[ACCEL] = sensors.accel.map(|sd| beyond(sd).max(follows_itself));
     out
 }

@@ -2,9 +2,9 @@
 //! ask for it.
 //!
 //! No library holds nature's formula. An effect whose curve is not quite the library's leaves a remainder that a second
-//! effect, or something unknown, would be blamed for. So where one of these gains more than every single cause, all of them
-//! are asked again with smooth terms that can only reshape what the effect does ([`free::FreeForm`]). Terms are chosen one by
-//! one by their screened gain, and a set of them is paid for as one choice among all such sets.
+//! effect, another one, or something unknown, would be blamed for. So all of them are asked again with smooth terms that can only
+//! reshape what the effect does ([`free::FreeForm`]). Terms are chosen one by one by their screened gain, and a set of them is
+//! paid for as one choice among all such sets.
 
 mod free;
 mod reshape;
@@ -35,8 +35,8 @@ pub(crate) const MANOEUVRES: usize = 3;
 const TERMS: [usize; 2] = [4, 6];
 /// Gain \[nats\] of the best single cause from which its formula can be asked about at all.
 pub(crate) const EFFECT: f64 = 6.0;
-/// Nats that all of them must be behind another answer for more effects to be asked.
-const BEHIND: f64 = 2.0;
+/// Misfit per value of the nearest explanation above which none follows the drive.
+const UNEXPLAINED: f64 = 1.3;
 /// Effects that are followed on few windows, and on all of them, where nothing explains a drive.
 const FOLLOWED: (usize, usize) = (12, 3);
 /// Misfit per value from which a second round of terms is asked for.
@@ -119,8 +119,9 @@ fn parts_alone(
 /// Asks the single causes again with a free formula, where one of these is far above the nominal law, and puts what is found
 /// beside their other forms. By the library's own formula the right one may be far behind: it is the terms' promise that tells.
 ///
-/// First every confirmed one and the parts of the best pair; then once more those that are behind another's formula; and where
-/// `rival`, ln Z of a pair or of something unknown, still stands above all of them, the effects that were not confirmed.
+/// First every confirmed one and the parts of the best pair, where its terms promise to reach all others and `rival`, ln Z of a
+/// pair or of something unknown; then once more those that are behind another's formula; and where nothing follows the drive, all
+/// effects.
 pub(crate) fn ask_again(
     ground: &Ground<'_, '_>,
     (screen, effects): (&[Screened], &[Arc<dyn AnyEffect>]),
@@ -178,7 +179,13 @@ pub(crate) fn ask_again(
     for ((_, before), more) in found.iter_mut().zip(again) {
         *before = more.unwrap_or_else(|| before.clone());
     }
-    if ahead(&found) + BEHIND < rival {
+    let fitted = singles.iter().flat_map(|(_, w)| w).chain(pairs);
+    let all = fitted.chain(found.iter().map(|(_, f)| &f.1));
+    if all
+        .map(Weighed::chi2_per_value)
+        .fold(f64::INFINITY, f64::min)
+        > UNEXPLAINED
+    {
         let rows: Vec<usize> = (0..screen.len())
             .filter(|k| !order.iter().any(|&i| singles[i].0 == *k))
             .collect();

@@ -10,7 +10,7 @@ use super::predict::{
 };
 use super::scatter::{Place, pairs, scatter};
 use crate::dataset::{ChannelInfo, DataSet, Factors, Observation};
-use crate::drive::{Line, SPEED_GATE, line};
+use crate::drive::{Line, SPEED_GATE, declared, line};
 use crate::error::GapError;
 use crate::logs::Logs;
 
@@ -96,7 +96,14 @@ pub(crate) fn from_logs(
                     continue;
                 }
                 let middle = rows.start + rows.len() / 2;
-                let mean = |s: &Option<Series>| s.as_ref().and_then(|s| s.get(middle));
+                let distance = log.distance.as_ref();
+                let along = match declared(distance, rows.clone(), "window without distance_m") {
+                    Ok(along) => along.unwrap_or(path),
+                    Err(reason) => {
+                        drop(reason);
+                        continue;
+                    }
+                };
                 let ideal = (sides[1] - sides[0]) / vehicle.track;
                 let yaw = if measured.contains(&YAW_RATE) {
                     raw[YAW_RATE]
@@ -114,7 +121,7 @@ pub(crate) fn from_logs(
                 let window = Window {
                     raw,
                     measured: measured.clone(),
-                    path: mean(&log.distance).unwrap_or(path),
+                    path: along,
                     time: log.time[middle],
                     log: number,
                 };

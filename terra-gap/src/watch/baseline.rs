@@ -120,7 +120,7 @@ pub(crate) fn learn(
         observations,
         dropped: BTreeMap::new(),
         notes: vec![],
-        short_scatter: short_scatter(&usual, &reader.sensors()),
+        short_scatter: short_scatter(&usual, &reader.sensors(), 0.0),
     };
     let windows = straight.iter().map(|(_, t)| t.window.clone()).collect();
     let predictor = DrivePredictor::new(reader.vehicle, windows, 1);
