@@ -93,6 +93,18 @@ pub(crate) fn decide(
         } else {
             "ambiguous"
         };
+        let bar = calibration.null_gain;
+        out.reason = (ranking.set.len() > 1).then(|| {
+            if unheard {
+                format!(
+                    "no cause gains more ({gain:.1} nats) than the best of all does by chance where nothing is missing ({bar:.1}); the others of the set are weak enough to hide behind that"
+                )
+            } else {
+                format!(
+                    "nothing missing is the likeliest, but a cause gains {gain:.1} nats, more than the best of all does by chance where nothing is missing ({bar:.1})"
+                )
+            }
+        });
     } else if unknown >= best {
         out.verdict = if ranking.set.len() == 1 {
             "unknown"

@@ -146,6 +146,41 @@ fn stuck_channels_gaps_and_missing_cells_are_counted() {
     assert_eq!(number(&channel["not_finite"]), 1.0);
 }
 
+/// A ground speed of a fifth of the rate, held in between: told with how long; the same with the cells in between empty is as it
+/// should be, and so are wheels whose encoders count coarsely.
+#[test]
+fn a_held_sensor_is_told_from_one_with_empty_cells() {
+    let mut held = weave();
+    let column = |csv: &Csv, name: &str| csv.header.iter().position(|h| h == name).unwrap();
+    let speed = column(&held, "ground_speed_m_s");
+    let mut blank = held.clone();
+    for row in 0..held.rows.len() {
+        held.rows[row][speed] = held.rows[row - row % 5][speed].clone();
+        if row % 5 != 0 {
+            blank.rows[row][speed] = String::new();
+        }
+    }
+    let found = inspect("inspect_held", &held, true);
+    assert_eq!(codes(&found), ["held"], "{found}");
+    let message = text(&list(&found["suspicions"])[0]["message"]);
+    assert!(
+        message.starts_with("ground_speed_m_s changes every 5 rows only"),
+        "{message}"
+    );
+    let found = inspect("inspect_blank", &blank, true);
+    assert!(codes(&found).is_empty(), "{found}");
+    let mut coarse = weave();
+    for name in WHEELS {
+        let wheel = column(&coarse, name);
+        for row in &mut coarse.rows {
+            let value: f64 = row[wheel].parse().unwrap();
+            row[wheel] = ((value * 20.0).round() / 20.0).to_string();
+        }
+    }
+    let found = inspect("inspect_coarse", &coarse, true);
+    assert!(codes(&found).is_empty(), "{found}");
+}
+
 /// Samples stamped on arrival: every second one late by 40 % of the step.
 #[test]
 fn an_uneven_clock_is_named() {

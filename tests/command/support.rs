@@ -140,6 +140,7 @@ pub(crate) fn list(v: &Value) -> &[Value] {
 }
 
 /// A table without quotes.
+#[derive(Clone)]
 pub(crate) struct Csv {
     pub(crate) header: Vec<String>,
     pub(crate) rows: Vec<Vec<String>>,

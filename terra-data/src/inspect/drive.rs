@@ -1,5 +1,7 @@
 //! What is in a drive log.
 
+use std::collections::BTreeMap;
+
 use super::clock::Clock;
 use super::motion::Motion;
 use super::{ChannelSummary, Count, Group, Inspection, Suspicion, angle, largest};
@@ -11,6 +13,10 @@ use crate::rover::Rover;
 
 /// Fewest equal samples in a row that can be called stuck.
 const STUCK_ROWS: usize = 25;
+/// Rows over which a slower sensor's value is held at least, how often, and the share of its values that are held as long.
+const HELD: (usize, usize, f64) = (3, 20, 0.8);
+/// Rows up to which a hold is counted by its length.
+const LONGEST_HOLD: usize = 256;
 /// An accelerometer along x that reads more than this on average carries gravity \[m/s²\].
 const GRAVITY_ON_X: f64 = 5.0;
 /// Channels that may stand still.
@@ -144,6 +150,7 @@ impl<'r> DriveInspector<'r> {
         suspicions.extend(self.motion.suspicions(self.rover));
         for channel in &self.channels {
             suspicions.extend(channel.still.suspicion(&channel.name, self.rows));
+            suspicions.extend(channel.still.held(&channel.name));
         }
         if !self.loads && self.rover.is_none_or(|r| r.vehicle.is_none()) {
             suspicions.push(Suspicion {
@@ -221,10 +228,11 @@ impl Stretch {
     };
 }
 
-/// The longest stretch of a channel.
+/// The longest stretch of a channel, and how many there are of each length.
 struct Still {
     now: Stretch,
     longest: Stretch,
+    lengths: BTreeMap<usize, usize>,
 }
 
 impl Default for Still {
@@ -232,6 +240,7 @@ impl Default for Still {
         Still {
             now: Stretch::NONE,
             longest: Stretch::NONE,
+            lengths: BTreeMap::new(),
         }
     }
 }
@@ -245,6 +254,10 @@ impl Still {
     /// Takes the sample of a row in.
     fn see(&mut self, value: Option<f64>, row: usize, log: &DriveLog) {
         if value.is_none() || value != self.now.value {
+            if self.now.value.is_some() {
+                let length = self.now.rows.min(LONGEST_HOLD);
+                *self.lengths.entry(length).or_default() += 1;
+            }
             self.now = Stretch {
                 value,
                 from: log.time.get(row).copied().unwrap_or(f64::NAN),
@@ -261,6 +274,20 @@ impl Still {
         if self.now.rows > self.longest.rows {
             self.longest = self.now;
         }
+    }
+
+    /// Values that change every so many rows only, and then every time: a sensor of a slower rate, held in between.
+    fn held(&self, name: &str) -> Option<Suspicion> {
+        let (least, often, share) = HELD;
+        let (&rows, &times) = self.lengths.iter().max_by_key(|(_, times)| **times)?;
+        let all: usize = self.lengths.values().sum();
+        let held = (least..LONGEST_HOLD).contains(&rows) && times >= often;
+        (held && times as f64 >= share * all as f64).then(|| Suspicion {
+            code: "held",
+            message: format!(
+                "{name} changes every {rows} rows only, {times} times: a slower sensor whose value is held in between? Its noise is then the same {rows} times over, and counted as if it were not: leave the cells in between empty"
+            ),
+        })
     }
 
     /// A value that stands still while the wheels change their speed.
