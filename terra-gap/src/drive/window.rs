@@ -55,7 +55,6 @@ pub(crate) struct Line {
 }
 
 /// The line at the middle of a window. A channel of a slower rate has its samples in some rows only.
-
 pub(crate) fn line(
     time: &[f64],
     series: &Series,
