@@ -1,9 +1,8 @@
-//! The noise of speed and yaw rate as the log itself shows it inside its windows, where that is more than the rover file states.
+//! The noise of a drive's sensors as the log itself shows it inside its windows, where that is more than the rover file states.
 //!
-//! Inside a window a body's speed is a straight line: what scatters around it is the sensor's noise, whatever ground and
-//! model. A sensor that is noisier than stated, or whose samples follow each other (a filter, a held value), leaves a window's mean
-//! and slope less certain than white noise of the stated size would, and every small part of that would be read as something
-//! unknown.
+//! Inside a window a drive goes straight: what scatters around a line is the sensor's noise, whatever soil and model. A sensor
+//! that is noisier than stated, or whose samples follow each other (a filter, a held value), leaves a window's mean and slope less
+//! certain than white noise of the stated size would, and every small part of that would be read as something unknown.
 //!
 //! # Equation
 //! Noise of variance s² whose samples are correlated by ρ^|i - j| = R leaves, with M = I - uu' - vv' (u and v the unit vectors of
@@ -11,7 +10,8 @@
 //! the square then s²; mean and slope have s² u'Ru/n and s² v'Rv/|τ|².
 //!
 //! # Source
-//! Least squares with autocorrelated errors, e.g. G. S. Watson, Biometrika 42(3/4), 1955; windows with a step or a bend inside are left out.
+//! Least squares with autocorrelated errors, e.g. G. S. Watson, Biometrika 42(3/4), 1955 (recalled); windows with a step or a bend
+//! inside are left out.
 
 use std::ops::Range;
 

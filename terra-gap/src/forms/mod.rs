@@ -25,7 +25,7 @@ use crate::predictor::Predictor;
 use crate::setup::{Screened, Setup};
 use crate::weigh::{Amplitudes, Weighed, contest, weigh};
 
-use reshape::{From, Reshaped};
+use reshape::{Origin, Reshaped};
 use term::Regime;
 
 /// Manoeuvres from which a formula can be asked about: on a single ramp slip, speed and path are one variable, and a free
@@ -158,7 +158,7 @@ pub(crate) fn ask_again(
     let first = for_each(order.len(), |rank| {
         let plain = &singles[order[rank]].1[0];
         let effect = Arc::clone(plain.hypothesis.effects().first()?);
-        let from = From::plain(ground, plain);
+        let from = Origin::plain(ground, plain);
         asked(ground, Reshaped::new(effect, regime), from, bar)
     });
     let places = order.iter().map(|&i| singles[i].0);
@@ -172,7 +172,7 @@ pub(crate) fn ask_again(
     let again = for_each(found.len(), |n| {
         let (shape, w) = &found[n].1;
         let mut shape = shape.clone();
-        let from = From::end(w);
+        let from = Origin::end(w);
         let more = (w.log_evidence < bar).then(|| shape.ask(ground, &from, TERMS[1], bar))??;
         (more.log_evidence > w.log_evidence).then_some((shape, more))
     });
@@ -193,13 +193,13 @@ pub(crate) fn ask_again(
             let weighed = singles.iter().find(|(row, w)| *row == k && !w.is_empty());
             if let Some(plain) = weighed.and_then(|(_, w)| w.first()) {
                 let effect = Arc::clone(plain.hypothesis.effects().first()?);
-                return Some((k, effect, From::plain(ground, plain)));
+                return Some((k, effect, Origin::plain(ground, plain)));
             }
             let row = &screen[k];
             let same = |e: &&Arc<dyn AnyEffect>| (e.name(), e.form()) == (&row.name, &row.form);
             let effect = effects.iter().find(same)?;
             let h = ground.null.with(Arc::clone(effect)).ok()?;
-            let from = From::nothing(ground, nominal, &h)?;
+            let from = Origin::nothing(ground, nominal, &h)?;
             Some((k, Arc::clone(effect), from))
         };
         found.extend(look_everywhere(ground, regime, &rows, begin, rival));
@@ -230,7 +230,7 @@ fn look_everywhere(
     ground: &Ground<'_, '_>,
     regime: Regime,
     rows: &[usize],
-    begin: impl Fn(&usize) -> Option<(usize, Arc<dyn AnyEffect>, From)> + Sync,
+    begin: impl Fn(&usize) -> Option<(usize, Arc<dyn AnyEffect>, Origin)> + Sync,
     rival: f64,
 ) -> Vec<(usize, Found)> {
     let promised = for_each(rows.len(), |n| {
@@ -254,10 +254,10 @@ fn look_everywhere(
     roughly.truncate(FOLLOWED.1);
     let found = for_each(roughly.len(), |n| {
         let (_, k, shape, end) = &roughly[n];
-        let (shape, from) = (shape.clone(), From::end(end));
+        let (shape, from) = (shape.clone(), Origin::end(end));
         let w = shape.fitted(ground, &from, None)?;
         let near = w.chi2_per_value() < FAR;
-        let more = (!near).then(|| asked(ground, shape.clone(), From::end(&w), rival));
+        let more = (!near).then(|| asked(ground, shape.clone(), Origin::end(&w), rival));
         let found = match more.flatten() {
             Some(more) if more.1.log_evidence > w.log_evidence => more,
             _ => (shape, w),
@@ -268,7 +268,7 @@ fn look_everywhere(
 }
 
 /// An effect by another formula, where the data ask for one that could stand against `rival`, ln Z of another answer.
-fn asked(ground: &Ground<'_, '_>, shape: Reshaped, from: From, rival: f64) -> Option<Found> {
+fn asked(ground: &Ground<'_, '_>, shape: Reshaped, from: Origin, rival: f64) -> Option<Found> {
     let (mut shape, mut from) = (shape, from);
     let mut found: Option<Found> = None;
     for most in TERMS {
@@ -277,7 +277,7 @@ fn asked(ground: &Ground<'_, '_>, shape: Reshaped, from: From, rival: f64) -> Op
         };
         let better = next.log_evidence > from.log_evidence;
         let near = next.chi2_per_value() < FAR;
-        from = From::end(&next);
+        from = Origin::end(&next);
         if better || found.is_none() {
             found = Some((shape.clone(), next));
         }

@@ -29,16 +29,16 @@ pub(super) struct Reshaped {
 }
 
 /// Where a formula is asked from: ln Z there, and the fit.
-pub(super) struct From {
+pub(super) struct Origin {
     pub log_evidence: f64,
     pub fit: Fit,
 }
 
-impl From {
+impl Origin {
     /// Of an effect that was weighed, as if it were there.
     pub(super) fn plain(ground: &Ground<'_, '_>, plain: &Weighed) -> Self {
         let fit = enlarged(ground, &plain.hypothesis, &plain.plain);
-        From {
+        Origin {
             log_evidence: plain.log_evidence,
             fit: fit.unwrap_or_else(|| plain.plain.clone()),
         }
@@ -46,7 +46,7 @@ impl From {
 
     /// Of an effect by another formula.
     pub(super) fn end(found: &Weighed) -> Self {
-        From {
+        Origin {
             log_evidence: found.log_evidence,
             fit: found.plain.clone(),
         }
@@ -62,7 +62,7 @@ impl From {
             x: nominal.plain.x.clone().push(0.0),
             ..nominal.plain.clone()
         };
-        Some(From {
+        Some(Origin {
             log_evidence: nominal.log_evidence,
             fit: enlarged(ground, h, &fit)?,
         })
@@ -163,7 +163,7 @@ impl Reshaped {
     pub(super) fn ask(
         &mut self,
         ground: &Ground<'_, '_>,
-        from: &From,
+        from: &Origin,
         most: usize,
         rival: f64,
     ) -> Option<Weighed> {
@@ -183,7 +183,7 @@ impl Reshaped {
     pub(super) fn fitted(
         &self,
         ground: &Ground<'_, '_>,
-        from: &From,
+        from: &Origin,
         guess: Option<DMatrix<f64>>,
     ) -> Option<Weighed> {
         let h = self.hypothesis(ground.null, &[])?;
@@ -198,7 +198,7 @@ impl Reshaped {
     pub(super) fn roughly(
         &self,
         ground: &Ground<'_, '_>,
-        from: &From,
+        from: &Origin,
         guess: &DMatrix<f64>,
     ) -> Option<(f64, Weighed)> {
         let h = self.hypothesis(ground.null, &[])?;
@@ -208,7 +208,7 @@ impl Reshaped {
         Some((cost, self.paid(ground, end?)))
     }
 
-    fn start(&self, from: &From, h: &Hypothesis) -> Vec<f64> {
+    fn start(&self, from: &Origin, h: &Hypothesis) -> Vec<f64> {
         let mut start = from.fit.x.as_slice().to_vec();
         start.resize(h.len(), 0.0);
         start
