@@ -412,7 +412,7 @@ impl Reader {
         if std::mem::take(&mut self.first) {
             return Err("the beginning of a manoeuvre");
         }
-        let v = v.ok_or("window without ground speed")?;
+        let v = v.ok_or("window with fewer than two samples of ground speed: a slow sensor wants a larger [gap] window_s")?;
         let wheels: Vec<Line> = log
             .wheel_speed
             .iter()
