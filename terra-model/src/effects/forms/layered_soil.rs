@@ -23,12 +23,7 @@ impl Effect for ShallowLayer {
     form_of!(LayeredSoil);
     const FORM: &'static str = "shallow";
     const SUMMARY: &'static str = "a stiffer layer lies 10 mm below the surface";
-    const PARAMS: &'static [Param] = &[Param::magnitude(
-        "1",
-        [0.0, 100.0],
-        2.0,
-        "stiffness of the layer over the secant stiffness of the soil above it",
-    )];
+    const PARAMS: &'static [Param] = <LayeredSoil as Effect>::PARAMS;
     const EQUATION: &'static str =
         "σ -> σ + k_h (z - z_h) below z_h, k_h = e k z_h^(n - 1), z_h = 10 mm";
     const REFERENCE: &'static str =
