@@ -101,12 +101,12 @@ pub(crate) fn confirm_singles(
                 }],
             };
             let at_the_null = kind == LogKind::Drive && before.is_none() && elsewhere.is_none();
-            let guess = at_the_null.then(|| score.beside(&null_weighed.plain.jacobian));
+            let known = at_the_null.then(|| score.beyond(&null_weighed.plain));
             let effort = match before {
                 Some(_) => again(kind),
                 None => contest(kind),
             };
-            let found = weigh(data, predictor, &h, levels, &starts, guess, effort).ok()?;
+            let found = weigh(data, predictor, &h, levels, &starts, known, effort).ok()?;
             let far = far_start(&**effect, &found, kind).filter(|_| elsewhere.is_none());
             Some(better_of(found, far, |start, found| {
                 weigh_from(data, predictor, levels, found, start)
@@ -174,6 +174,7 @@ pub(crate) fn tangent_only(hypothesis: Hypothesis, at: &Weighed, score: &Score) 
     let mut fit = at.plain.clone();
     fit.x = fit.x.push(0.0);
     fit.jacobian = score.beside(&at.plain.jacobian);
+    fit.exact = false;
     fit.at_bound.push(false);
     let posterior = posterior(&hypothesis, &fit);
     let (low, high) = hypothesis.bounds();

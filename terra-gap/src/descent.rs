@@ -24,7 +24,7 @@ const ATTEMPTS_CARRIED: usize = 4;
 /// Predicted decrease of |r|² + |x|² below which a way has ended: far below the one unit that matters.
 const CERTIFICATE: f64 = 1e-4;
 /// The same for a fit of a contest, and for a carried Jacobian.
-const CONTEST: f64 = 1e-3;
+const CONTEST: f64 = 1e-2;
 const CARRIED: f64 = 1e-2;
 const ROUGHLY: f64 = 0.1;
 /// Promise up to which a way that found no step down has converged: a tenth of the parameters' own uncertainty.
@@ -49,6 +49,12 @@ const SETTLED: f64 = 1e-3;
 const REACH: (usize, f64) = (4, 4.0);
 /// Damping at the start, its change after a step that was as good as foreseen and after one that was refused.
 const DAMPING: (f64, f64, f64) = (1e-3, 0.25, 4.0);
+/// Largest change after several that were refused one after the other, each by [`DAMPING`] more than the one before.
+const RAISED: f64 = 64.0;
+/// Share of the foreseen decrease from which the damping is lowered once more.
+const AS_FORESEEN: f64 = 0.9;
+/// Exact Jacobians that a carried one may need before each step has its own: Broyden's update does not follow a kink.
+const RENEWALS: usize = 3;
 /// Damping at a start near the data, where the tangent is nearly right: more would hold back what a narrow valley leaves free.
 const DAMPING_NEAR: f64 = 1e-6;
 /// Share of the foreseen decrease from which straight steps do.
@@ -90,11 +96,44 @@ pub(crate) trait Residuals {
     fn slopes(&self, x: &DVector<f64>) -> Result<(DVector<f64>, DMatrix<f64>), GapError>;
 }
 
+/// What is known at a start before a way down begins there.
+#[derive(Clone)]
+pub(crate) struct Known {
+    /// r, where another way ended at this very place.
+    pub residual: Option<DVector<f64>>,
+    /// -dr/dx.
+    pub jacobian: DMatrix<f64>,
+    /// Whether that is exact, and not of a place nearby or carried along.
+    pub exact: bool,
+}
+
+impl Known {
+    /// A Jacobian of a place nearby.
+    pub(crate) fn nearby(jacobian: DMatrix<f64>) -> Self {
+        Known {
+            residual: None,
+            jacobian,
+            exact: false,
+        }
+    }
+
+    /// Only some of the values.
+    pub(crate) fn of_rows(&self, rows: &[usize]) -> Self {
+        Known {
+            residual: self.residual.as_ref().map(|r| r.select_rows(rows)),
+            jacobian: self.jacobian.select_rows(rows),
+            exact: self.exact,
+        }
+    }
+}
+
 /// Where a way down ended.
 pub(crate) struct End {
     pub x: DVector<f64>,
     pub residual: DVector<f64>,
     pub jacobian: DMatrix<f64>,
+    /// Whether that is exact, and not carried along.
+    pub exact: bool,
     pub cost: f64,
     pub converged: bool,
     pub given_up: bool,
@@ -119,6 +158,8 @@ struct Way<'a, R> {
     j: DMatrix<f64>,
     exact: bool,
     damping: f64,
+    /// How often a carried one was replaced.
+    renewals: usize,
     /// Whether the next step bends, and whether the step before was refused at first.
     bent: bool,
     doubtful: bool,
@@ -126,7 +167,7 @@ struct Way<'a, R> {
     costs: Vec<f64>,
 }
 
-/// Goes down from a start. `guess` is a Jacobian there.
+/// Goes down from a start.
 ///
 /// # Errors
 /// Where there is no answer at the start; steps into such places are only refused.
@@ -134,13 +175,20 @@ pub(crate) fn descend<R: Residuals>(
     problem: &R,
     (low, high): (&[f64], &[f64]),
     start: &[f64],
-    guess: Option<DMatrix<f64>>,
+    known: Option<Known>,
     effort: Effort,
 ) -> Result<End, GapError> {
+    let given = start;
     let start = DVector::from_fn(start.len(), |k, _| start[k].clamp(low[k], high[k]));
-    let exact = guess.is_none();
-    let (r, j) = match guess {
-        Some(j) => (problem.value(&start)?, j),
+    let known = known.filter(|_| start.as_slice() == given);
+    let exact = known.as_ref().is_none_or(|known| known.exact);
+    let (r, j) = match known {
+        Some(Known {
+            residual: Some(r),
+            jacobian,
+            ..
+        }) => (r, jacobian),
+        Some(Known { jacobian, .. }) => (problem.value(&start)?, jacobian),
         None => problem.slopes(&start)?,
     };
     let here = Point::new(start, r);
@@ -154,6 +202,7 @@ pub(crate) fn descend<R: Residuals>(
         j,
         exact,
         damping: DAMPING.0,
+        renewals: 0,
         bent: !effort.carries(),
         doubtful: false,
     };
@@ -189,6 +238,7 @@ pub(crate) fn descend<R: Residuals>(
         x: way.here.x,
         residual: way.here.r,
         jacobian: way.j,
+        exact: way.exact,
         cost: way.here.cost,
         converged,
         given_up,
@@ -208,6 +258,11 @@ impl Effort {
 }
 
 impl<R: Residuals> Way<'_, R> {
+    /// Whether a Jacobian is still carried along.
+    fn carries(&self) -> bool {
+        self.effort.carries() && self.renewals < RENEWALS
+    }
+
     /// Misfit beyond the noise.
     fn beyond(&self) -> f64 {
         (self.here.cost - self.here.r.len() as f64).max(0.0)
@@ -252,7 +307,7 @@ impl<R: Residuals> Way<'_, R> {
             return None;
         }
         let promise = self.promise(model);
-        let (carries, beyond) = (self.effort.carries(), self.beyond());
+        let (carries, beyond) = (self.carries(), self.beyond());
         if self.is_far() {
             let steps = if carries { NEARER_CARRIED } else { NEARER.0 };
             let stalls = self.gained(steps).is_some_and(|g| g < NEARER.1 * beyond);
@@ -289,7 +344,8 @@ impl<R: Residuals> Way<'_, R> {
         } else {
             ATTEMPTS_CARRIED
         };
-        let carries = self.effort.carries();
+        let carries = self.carries();
+        let mut raise = 1.0;
         for attempt in 0..attempts {
             let Some(solver) = model.damped(self.damping) else {
                 return Ok(false);
@@ -303,7 +359,8 @@ impl<R: Residuals> Way<'_, R> {
                 return Ok(true);
             }
             self.bent = !carries;
-            self.damping = (self.damping * DAMPING.2).min(1e12);
+            raise = f64::min(raise * DAMPING.2, RAISED);
+            self.damping = (self.damping * raise).min(1e12);
         }
         Ok(false)
     }
@@ -348,10 +405,11 @@ impl<R: Residuals> Way<'_, R> {
         foreseen: f64,
         refused: bool,
     ) -> Result<(), GapError> {
-        let carries = self.effort.carries();
+        let carries = self.carries();
         let share = (self.here.cost - next.cost) / foreseen;
         if share > STRAIGHT && !refused {
-            self.damping = (self.damping * DAMPING.1).max(1e-12);
+            let once_more = if share > AS_FORESEEN { DAMPING.1 } else { 1.0 };
+            self.damping = (self.damping * DAMPING.1 * once_more).max(1e-12);
         } else if share < POOR {
             self.damping *= DAMPING.2.sqrt();
         }
@@ -378,6 +436,7 @@ impl<R: Residuals> Way<'_, R> {
     fn renew(&mut self) -> Result<(), GapError> {
         self.j = self.problem.slopes(&self.here.x)?.1;
         self.exact = true;
+        self.renewals += 1;
         Ok(())
     }
 }

@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 use terra_model::LaneDual;
 
 use crate::dataset::{DataSet, Observation, Stacked};
-pub(crate) use crate::descent::Effort;
+pub(crate) use crate::descent::{Effort, Known};
 use crate::descent::{End, Residuals, descend};
 use crate::error::GapError;
 use crate::hypothesis::Hypothesis;
@@ -21,6 +21,8 @@ pub struct Fit {
     pub residual: DVector<f64>,
     /// Whitened -dr/dx (n x d).
     pub jacobian: DMatrix<f64>,
+    /// Whether residual and Jacobian are the law's own there, and not carried along or a tangent's.
+    pub exact: bool,
     /// |r|² + |x|².
     pub cost: f64,
     /// True when the certificate holds.
@@ -37,6 +39,15 @@ impl Fit {
     /// |r|².
     pub fn chi2(&self) -> f64 {
         self.residual.norm_squared()
+    }
+
+    /// What it knows for a fit with the same noise that begins where it ended, with more columns at zero.
+    pub(crate) fn known(&self, jacobian: DMatrix<f64>) -> Known {
+        Known {
+            residual: self.exact.then(|| self.residual.clone()),
+            jacobian,
+            exact: self.exact,
+        }
     }
 
     /// Decrease of the cost that a whole step of its tangent still promises, over the components that no bound holds.
@@ -167,7 +178,7 @@ impl Residuals for Whitened<'_> {
     }
 }
 
-/// Fits a hypothesis from a start, with a guess of the whitened Jacobian there.
+/// Fits a hypothesis from a start, with what is known there, whitened.
 ///
 /// # Errors
 /// When the model has no answer at the start; steps into such places are only refused.
@@ -177,7 +188,7 @@ pub(crate) fn fit_near(
     hypothesis: &Hypothesis,
     whitener: &Whitener,
     start: &[f64],
-    guess: Option<DMatrix<f64>>,
+    known: Option<Known>,
     effort: Effort,
 ) -> Result<Fit, GapError> {
     let (low, high) = hypothesis.bounds();
@@ -188,15 +199,16 @@ pub(crate) fn fit_near(
         whitener,
         memory: Memory::of(predictor.contacts()),
     };
-    let guess = guess.filter(|g| g.shape() == (data.len(), start.len()));
+    let known = known.filter(|k| k.jacobian.shape() == (data.len(), start.len()));
     let End {
         x,
         residual,
         jacobian,
+        exact,
         cost,
         converged,
         given_up,
-    } = descend(&problem, (&low, &high), start, guess, effort)?;
+    } = descend(&problem, (&low, &high), start, known, effort)?;
     let at_bound = (0..x.len())
         .map(|k| x[k] <= low[k] || x[k] >= high[k])
         .collect();
@@ -204,6 +216,7 @@ pub(crate) fn fit_near(
         x,
         residual,
         jacobian,
+        exact,
         cost,
         converged,
         given_up,
@@ -267,7 +280,7 @@ pub(crate) fn residual_at_end(
 }
 
 /// The best of several starts: the given ones that can be evaluated, or all of them a little nearer to the prior centre where none
-/// can. `guess` is a whitened Jacobian at the first.
+/// can. What is `known` is so at the first, whitened.
 ///
 /// # Errors
 /// The last error when none can.
@@ -277,15 +290,15 @@ pub(crate) fn fit_from(
     hypothesis: &Hypothesis,
     whitener: &Whitener,
     starts: &[Vec<f64>],
-    mut guess: Option<DMatrix<f64>>,
+    mut known: Option<Known>,
     effort: Effort,
 ) -> Result<Fit, GapError> {
     backed(starts, |starts| {
         let mut best: Option<Fit> = None;
         let mut error = None;
         for start in starts {
-            let guess = guess.take();
-            match fit_near(data, predictor, hypothesis, whitener, start, guess, effort) {
+            let known = known.take();
+            match fit_near(data, predictor, hypothesis, whitener, start, known, effort) {
                 Ok(f) => {
                     if best.as_ref().is_none_or(|b| f.cost < b.cost) {
                         best = Some(f);
@@ -321,6 +334,7 @@ mod tests {
                 x,
                 residual,
                 jacobian: slopes.clone(),
+                exact: true,
                 cost,
                 converged: false,
                 given_up: false,

@@ -235,10 +235,11 @@ pub(crate) fn hold_out(
                 } else {
                     Effort::Certified
                 };
-                let slopes = quick.then(|| whole.jacobian.select_rows(&kept));
+                let known = whole.known(whole.jacobian.clone());
+                let known = quick.then(|| known.of_rows(&kept));
                 let starts = [whole.x.as_slice().to_vec()];
                 let whitener = &train_whitener;
-                let fitted = fit_from(&train, predictor, h, whitener, &starts, slopes, effort)?;
+                let fitted = fit_from(&train, predictor, h, whitener, &starts, known, effort)?;
                 let r = test_whitener.apply_vector(&residual(
                     &test,
                     predictor,
@@ -406,6 +407,7 @@ mod tests {
             x: nalgebra::DVector::zeros(2),
             residual: nalgebra::DVector::from_element(200, (chi2 / 200.0_f64).sqrt()),
             jacobian: nalgebra::DMatrix::zeros(200, 2),
+            exact: true,
             cost: chi2,
             converged: true,
             given_up: false,

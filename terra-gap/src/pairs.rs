@@ -2,13 +2,13 @@
 
 use std::sync::Arc;
 
-use nalgebra::DMatrix;
 use terra_model::AnyEffect;
 use terra_model::order::descending;
 
 use crate::beside::Beside;
 use crate::candidates::is_instrument;
 use crate::dataset::DataSet;
+use crate::fit::Known;
 use crate::hypothesis::Hypothesis;
 use crate::noise::Whitener;
 use crate::parallel::for_each;
@@ -36,8 +36,8 @@ const SECOND_CAUSE: f64 = 3.0;
 /// The same against the noise alone, where an inadequate nominal model asks for a second cause.
 const SECOND_CAUSE_PLAIN: f64 = 7.5;
 
-/// Two rows of the screen, a start, and a Jacobian there.
-type Job = (usize, usize, Vec<f64>, DMatrix<f64>);
+/// Two rows of the screen, a start, and what is known there.
+type Job = (usize, usize, Vec<f64>, Known);
 
 /// The pairs that the tangent at the nominal fit ranks first, where they beat the best single there.
 fn by_screen(
@@ -71,7 +71,8 @@ fn by_screen(
             let mut start = null.plain.x.as_slice().to_vec();
             start.extend(magnitudes.map(|m| m.clamp(-3.0, 3.0)));
             let first = screen[a].score.beside(&null.plain.jacobian);
-            (a, b, start, screen[b].score.beside(&first))
+            let both = screen[b].score.beside(&first);
+            (a, b, start, Known::nearby(both))
         })
         .collect()
 }
@@ -167,9 +168,9 @@ pub(crate) fn confirm_pairs(
             if let Some(second) = second.filter(|_| kind != LogKind::Drive || asks) {
                 let mut start = weighed.plain.x.as_slice().to_vec();
                 start.push(screen[k].score.magnitude.clamp(-3.0, 3.0));
-                let guess = screen[k].score.beside(&weighed.plain.jacobian);
+                let known = screen[k].score.beyond(&weighed.plain);
                 fitted.push(kept[k].name());
-                jobs.push((*first, second, start, guess));
+                jobs.push((*first, second, start, known));
             }
         }
         if kind == LogKind::Drive && !roughly {
@@ -191,12 +192,12 @@ pub(crate) fn confirm_pairs(
     // One pair of names in one pair of forms, the first.
     let mut seen: Vec<(&str, &str)> = vec![];
     let mut unique = vec![];
-    for (a, b, start, guess) in jobs {
+    for (a, b, start, known) in jobs {
         let (first, second) = (asked[a].name(), asked[b].name());
         let key = (first.min(second), first.max(second));
         if !seen.contains(&key) {
             seen.push(key);
-            unique.push((a, b, start, guess));
+            unique.push((a, b, start, known));
         }
     }
     let both = |a: usize, b: usize| {
@@ -211,7 +212,7 @@ pub(crate) fn confirm_pairs(
         });
     }
     let fitted: Vec<Weighed> = for_each(unique.len(), |k| {
-        let (a, b, start, guess) = &unique[k];
+        let (a, b, start, known) = &unique[k];
         let (a, b) = (*a, *b);
         let h = both(a, b)?;
         let before = previous.and_then(|p| Some((p, p.pair(&h.effect_name())?)));
@@ -228,14 +229,14 @@ pub(crate) fn confirm_pairs(
             LogKind::Drive => vec![without_second(start)],
             LogKind::Kinematic => vec![start.clone()],
         };
-        let guess = (kind == LogKind::Drive).then_some(guess);
+        let known = (kind == LogKind::Drive).then_some(known);
         let pair = weigh(
             data,
             predictor,
             &h,
             levels,
             &starts,
-            guess.cloned(),
+            known.cloned(),
             contest(kind),
         )
         .ok()?;
@@ -294,12 +295,12 @@ fn lead(
     jobs: Vec<Job>,
     fresh: impl Fn(usize, usize) -> Option<Hypothesis> + Sync,
 ) -> (Vec<Weighed>, Vec<Job>) {
-    let led = |(a, b, start, guess): &Job| {
+    let led = |(a, b, start, known): &Job| {
         let Some(h) = fresh(*a, *b) else {
             return Led::InFull;
         };
         let start = without_second(start);
-        match weigh_roughly(data, predictor, &h, levels, &start, Some(guess)) {
+        match weigh_roughly(data, predictor, &h, levels, &start, Some(known)) {
             Some((cost, there)) => Led::At(cost, there.map(Box::new)),
             None => Led::Nowhere,
         }

@@ -110,6 +110,7 @@ mod tests {
             x: DVector::zeros(1),
             residual: DVector::zeros(1),
             jacobian: DMatrix::zeros(1, 1),
+            exact: true,
             cost,
             converged: false,
             given_up: false,

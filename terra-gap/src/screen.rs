@@ -8,7 +8,7 @@
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use crate::evidence::ln_normal_cdf;
-use crate::fit::Fit;
+use crate::fit::{Fit, Known};
 
 /// How many times what the tangent promises near the data, and how much more, a fit is trusted to gain at most.
 const TRUST: (f64, f64) = (1.3, 10.0);
@@ -102,6 +102,11 @@ impl Score {
         let mut out = jacobian.clone().insert_column(d, 0.0);
         out.set_column(d, &self.column);
         out
+    }
+
+    /// What a fit knows for one that begins at its end with this effect as one more, still at zero.
+    pub(crate) fn beyond(&self, fit: &Fit) -> Known {
+        fit.known(self.beside(&fit.jacobian))
     }
 
     /// ln B of this effect and another together, and their best magnitudes; none where one of them would have to be

@@ -1,10 +1,8 @@
 //! A drive's windows thinned out: fits that come from far go most of their way on these, and only end on all.
 
-use nalgebra::DMatrix;
-
 use crate::dataset::DataSet;
 use crate::error::GapError;
-use crate::fit::{Effort, Fit, fit_from};
+use crate::fit::{Effort, Fit, Known, fit_from};
 use crate::hypothesis::Hypothesis;
 use crate::noise::{NoiseModel, Whitener};
 use crate::predictor::Predictor;
@@ -61,7 +59,7 @@ impl Thin {
         self.all
     }
 
-    /// Where a fit to these windows ends. `guess` is a whitened Jacobian of all values at the first start.
+    /// Where a fit to these windows ends. What is `known` of all values is so at the first start, whitened.
     ///
     /// # Errors
     /// When the model has no answer at any start.
@@ -70,9 +68,9 @@ impl Thin {
         predictor: &dyn Predictor,
         hypothesis: &Hypothesis,
         starts: &[Vec<f64>],
-        guess: Option<&DMatrix<f64>>,
+        known: Option<&Known>,
     ) -> Result<Fit, GapError> {
-        self.end_below(f64::INFINITY, predictor, hypothesis, starts, guess)
+        self.end_below(f64::INFINITY, predictor, hypothesis, starts, known)
     }
 
     /// The same, given up where a misfit per value is out of reach.
@@ -85,10 +83,10 @@ impl Thin {
         predictor: &dyn Predictor,
         hypothesis: &Hypothesis,
         starts: &[Vec<f64>],
-        guess: Option<&DMatrix<f64>>,
+        known: Option<&Known>,
     ) -> Result<Fit, GapError> {
-        let slopes = guess.zip(self.rows.as_ref());
-        let slopes = slopes.map(|(guess, rows)| guess.select_rows(rows));
+        let known = known.zip(self.rows.as_ref());
+        let known = known.map(|(known, rows)| known.of_rows(rows));
         let effort = if misfit.is_finite() {
             Effort::Below(misfit * self.data.len() as f64)
         } else {
@@ -100,7 +98,7 @@ impl Thin {
             hypothesis,
             &self.whitener,
             starts,
-            slopes,
+            known,
             effort,
         )
     }

@@ -208,6 +208,7 @@ mod tests {
                 x: DVector::zeros(0),
                 residual: DVector::from_element(n, variance.sqrt()),
                 jacobian: DMatrix::zeros(n, 0),
+                exact: true,
                 cost: 0.0,
                 converged: true,
                 given_up: false,

@@ -5,12 +5,10 @@
 
 use std::sync::Arc;
 
-use nalgebra::DMatrix;
-
 use crate::dataset::DataSet;
 use crate::error::GapError;
 use crate::evidence::{Posterior, log_sum_exp, posterior};
-use crate::fit::{Effort, Fit, evaluate, fit_from, residual};
+use crate::fit::{Effort, Fit, Known, evaluate, fit_from, residual};
 use crate::hypothesis::Hypothesis;
 use crate::noise::{NoiseModel, Whitener};
 use crate::predictor::Predictor;
@@ -151,6 +149,7 @@ pub(crate) fn weigh_at(
         cost: residual.norm_squared() + before.x.norm_squared(),
         residual,
         jacobian: whitener.apply(&here.jacobian),
+        exact: true,
         converged: false,
         given_up: true,
         log_det: whitener.log_det,
@@ -179,10 +178,10 @@ pub(crate) fn weigh_roughly(
     hypothesis: &Hypothesis,
     amplitudes: &Amplitudes,
     start: &[f64],
-    guess: Option<&DMatrix<f64>>,
+    known: Option<&Known>,
 ) -> Option<(f64, Option<Weighed>)> {
     let few = amplitudes.thin.as_ref()?;
-    let end = few.end(predictor, hypothesis, &[start.to_vec()], guess);
+    let end = few.end(predictor, hypothesis, &[start.to_vec()], known);
     let end = end.ok()?;
     let there = weigh_at(data, predictor, hypothesis, amplitudes, &end);
     Some((end.cost, there.ok()))
@@ -195,15 +194,20 @@ fn is_near(
     hypothesis: &Hypothesis,
     amplitudes: &Amplitudes,
     starts: &[Vec<f64>],
+    known: Option<&Known>,
 ) -> bool {
-    let r = starts
-        .first()
-        .and_then(|x| residual(data, predictor, hypothesis, x).ok());
-    let chi2 = r.map(|r| amplitudes.plain.apply_vector(&r).norm_squared());
+    let chi2 = match known.and_then(|k| k.residual.as_ref()) {
+        Some(known) => Some(known.norm_squared()),
+        None => {
+            let first = starts.first();
+            let r = first.and_then(|x| residual(data, predictor, hypothesis, x).ok());
+            r.map(|r| amplitudes.plain.apply_vector(&r).norm_squared())
+        }
+    };
     chi2.is_some_and(|chi2| chi2 < NEAR * data.len() as f64)
 }
 
-/// Fits and weighs a rival from the given starts; `guess` is a Jacobian at the first, whitened by the noise alone.
+/// Fits and weighs a rival from the given starts; what is `known` is so at the first, whitened by the noise alone.
 ///
 /// # Errors
 /// When the rival has no answer at any start.
@@ -213,19 +217,19 @@ pub(crate) fn weigh(
     hypothesis: &Hypothesis,
     amplitudes: &Amplitudes,
     starts: &[Vec<f64>],
-    guess: Option<DMatrix<f64>>,
+    known: Option<Known>,
     effort: Effort,
 ) -> Result<Weighed, GapError> {
     let mut best: Option<(f64, f64, Fit, Posterior)> = None;
     let (mut terms, mut usual) = (vec![], vec![]);
-    let mut guess = guess;
+    let mut known = known;
     let (mut from, mut effort) = (starts.to_vec(), effort);
     if let (Effort::Contest, Some(thin)) = (effort, &amplitudes.thin)
         && !thin.is_all()
-        && !is_near(data, predictor, hypothesis, amplitudes, starts)
+        && !is_near(data, predictor, hypothesis, amplitudes, starts, known.as_ref())
     {
         let bar = amplitudes.hopeless_from;
-        let end = thin.end_below(bar, predictor, hypothesis, &from, guess.take().as_ref())?;
+        let end = thin.end_below(bar, predictor, hypothesis, &from, known.take().as_ref())?;
         if end.cost > bar * end.residual.len() as f64
             && let Ok(there) = weigh_at(data, predictor, hypothesis, amplitudes, &end)
         {
@@ -240,8 +244,8 @@ pub(crate) fn weigh(
     // A large discrepancy leaves one smooth way down, so all starts are tried there; the ends of that way start the others.
     let smallest = amplitudes.levels.first().map(|l| l.0);
     let mut fit = |whitener: &Whitener, starts: &[Vec<f64>]| {
-        let guess = guess.take();
-        fit_from(data, predictor, hypothesis, whitener, starts, guess, effort)
+        let known = known.take();
+        fit_from(data, predictor, hypothesis, whitener, starts, known, effort)
     };
     for (a, ln_weight, whitener) in amplitudes.levels.iter().rev() {
         if !terms.is_empty() && Some(*a) == smallest {

@@ -129,9 +129,67 @@ fn a_carried_jacobian_ends_near_the_exact_end() {
     let near = exact.x.map(|x| x + 0.01);
     let asked = v.slopes.get();
     let j = v.slopes(&near).unwrap().1;
-    let carried = descend(&v, WIDE, near.as_slice(), Some(j), Effort::Carried).unwrap();
+    let known = Some(Known::nearby(j));
+    let carried = descend(&v, WIDE, near.as_slice(), known, Effort::Carried).unwrap();
     assert!(carried.cost - exact.cost < 0.02);
     assert_eq!(v.slopes.get(), asked + 1);
+}
+
+/// What another way's end knows is not asked again; where a bound moves the start it is of another place.
+#[test]
+fn what_is_known_of_a_start_is_not_asked_again() {
+    let v = Valley::new(3.0, 0.0, 2.0);
+    let start = DVector::from_vec(vec![0.5, 1.0]);
+    let (residual, jacobian) = v.slopes(&start).unwrap();
+    let known = Known {
+        residual: Some(residual),
+        jacobian,
+        exact: true,
+    };
+    let asked = |bounds: (&[f64], &[f64]), known: Option<Known>| {
+        let before = (v.values.get(), v.slopes.get());
+        let end = descend(&v, bounds, start.as_slice(), known, Effort::Contest).unwrap();
+        (end.cost, v.values.get() - before.0, v.slopes.get() - before.1)
+    };
+    let (cost, values, slopes) = asked(WIDE, Some(known.clone()));
+    let (anew, values_anew, slopes_anew) = asked(WIDE, None);
+    assert!((cost - anew).abs() < 1e-9, "{cost} {anew}");
+    assert_eq!((values, slopes + 1), (values_anew, slopes_anew));
+    let within: (&[f64], &[f64]) = (&[-5.0, -5.0], &[5.0, 0.7]);
+    assert_eq!(asked(within, Some(known)), asked(within, None));
+}
+
+/// A bent valley among so many values that say nothing that its start is near the data.
+struct Among(Valley);
+
+impl Among {
+    const VALUES: usize = 80_000;
+}
+
+impl Residuals for Among {
+    fn value(&self, x: &DVector<f64>) -> Result<DVector<f64>, GapError> {
+        Ok(self.0.value(x)?.resize_vertically(Self::VALUES, 0.0))
+    }
+
+    fn slopes(&self, x: &DVector<f64>) -> Result<(DVector<f64>, DMatrix<f64>), GapError> {
+        let (r, j) = self.0.slopes(x)?;
+        Ok((
+            r.resize_vertically(Self::VALUES, 0.0),
+            j.resize_vertically(Self::VALUES, 0.0),
+        ))
+    }
+}
+
+/// Along such a bend Broyden's update leads nowhere: after a few exact Jacobians each step has its own, and bends.
+#[test]
+fn a_carried_jacobian_does_not_creep_along_a_bend() {
+    let v = Among(Valley::new(1e3, 6.0, 3.0));
+    let end = descend(&v, WIDE, &[0.0, 0.0], None, Effort::Again).unwrap();
+    let x = on_the_floor(6.0, 3.0);
+    let least = 1e4 * (x - 3.0_f64).powi(2) + x * x + (6.0 * x * x).powi(2);
+    let (values, slopes) = (v.0.values.get(), v.0.slopes.get());
+    assert!(end.cost < least + 0.1, "{} {least}", end.cost);
+    assert!(values < 150 && slopes < 30, "{values} {slopes}");
 }
 
 /// Two variables of which the data know the sum well and the difference hardly, among many values that say nothing.

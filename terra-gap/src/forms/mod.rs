@@ -236,8 +236,8 @@ fn look_everywhere(
     let promised = for_each(rows.len(), |n| {
         let (k, effect, from) = begin(&rows[n])?;
         let mut shape = Reshaped::new(effect, regime);
-        let (guess, promised) = shape.choose(ground, &from.fit, TERMS[0])?;
-        Some((k, shape, from, guess, promised))
+        let (known, promised) = shape.choose(ground, &from.fit, TERMS[0])?;
+        Some((k, shape, from, known, promised))
     });
     let mut promised: Vec<_> = promised.into_iter().flatten().collect();
     descending(&mut promised, |(_, _, from, _, promised)| {
@@ -245,8 +245,8 @@ fn look_everywhere(
     });
     promised.truncate(FOLLOWED.0);
     let roughly = for_each(promised.len(), |n| {
-        let (k, shape, from, guess, _) = &promised[n];
-        let (cost, end) = shape.roughly(ground, from, guess)?;
+        let (k, shape, from, known, _) = &promised[n];
+        let (cost, end) = shape.roughly(ground, from, known)?;
         Some((cost, *k, shape.clone(), end))
     });
     let mut roughly: Vec<_> = roughly.into_iter().flatten().collect();

@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 use terra_model::AnyEffect;
 
-use crate::fit::{Fit, evaluate_from};
+use crate::fit::{Fit, Known, evaluate_from};
 use crate::hypothesis::Hypothesis;
 use crate::memory::Memory;
 use crate::screen::{Tangent, within_reach};
@@ -88,6 +88,7 @@ fn enlarged(ground: &Ground<'_, '_>, h: &Hypothesis, fit: &Fit) -> Option<Fit> {
         x,
         residual,
         jacobian,
+        exact: true,
         ..fit.clone()
     })
 }
@@ -120,7 +121,7 @@ impl Reshaped {
         ground: &Ground<'_, '_>,
         fit: &Fit,
         most: usize,
-    ) -> Option<(DMatrix<f64>, f64)> {
+    ) -> Option<(Known, f64)> {
         let all = self.ways(ground);
         let price = (all.len() as f64).ln();
         let others: Vec<Term> = all
@@ -155,7 +156,8 @@ impl Reshaped {
             fit.x = fit.x.push(0.0);
             self.chosen.push(left.swap_remove(k).0);
         }
-        (promised > 0.0).then_some((fit.jacobian, promised))
+        let known = fit.known(fit.jacobian.clone());
+        (promised > 0.0).then_some((known, promised))
     }
 
     /// Fits it with up to so many terms, where these promise to reach `rival`, ln Z of another answer. A way that was given up
@@ -169,14 +171,14 @@ impl Reshaped {
     ) -> Option<Weighed> {
         let more = self.choose(ground, &from.fit, most);
         let goes_on = || (from.fit.given_up && !self.chosen.is_empty()).then(|| from.fit.promise());
-        let (guess, promised) = match more {
-            Some((guess, promised)) => (guess, promised),
-            None => (from.fit.jacobian.clone(), goes_on()?),
+        let (known, promised) = match more {
+            Some((known, promised)) => (known, promised),
+            None => (from.fit.known(from.fit.jacobian.clone()), goes_on()?),
         };
         if from.log_evidence + within_reach(promised) < rival {
             return None;
         }
-        self.fitted(ground, from, Some(guess))
+        self.fitted(ground, from, Some(known))
     }
 
     /// Weighs it with the terms that are chosen, from a fit with as many or fewer.
@@ -184,13 +186,13 @@ impl Reshaped {
         &self,
         ground: &Ground<'_, '_>,
         from: &Origin,
-        guess: Option<DMatrix<f64>>,
+        known: Option<Known>,
     ) -> Option<Weighed> {
         let h = self.hypothesis(ground.null, &[])?;
         let start = self.start(from, &h);
         let (data, predictor, levels) = (ground.data, ground.predictor, ground.levels);
         let contest = contest(ground.setup.kind);
-        let found = weigh(data, predictor, &h, levels, &[start], guess, contest);
+        let found = weigh(data, predictor, &h, levels, &[start], known, contest);
         Some(self.paid(ground, found.ok()?))
     }
 
@@ -199,12 +201,12 @@ impl Reshaped {
         &self,
         ground: &Ground<'_, '_>,
         from: &Origin,
-        guess: &DMatrix<f64>,
+        known: &Known,
     ) -> Option<(f64, Weighed)> {
         let h = self.hypothesis(ground.null, &[])?;
         let start = self.start(from, &h);
         let (data, predictor, levels) = (ground.data, ground.predictor, ground.levels);
-        let (cost, end) = weigh_roughly(data, predictor, &h, levels, &start, Some(guess))?;
+        let (cost, end) = weigh_roughly(data, predictor, &h, levels, &start, Some(known))?;
         Some((cost, self.paid(ground, end?)))
     }
 
