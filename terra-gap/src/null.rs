@@ -4,6 +4,7 @@ use crate::dataset::DataSet;
 use crate::error::GapError;
 use crate::fit::{Effort, Fit, fit_from, fit_near, residual};
 use crate::hypothesis::Hypothesis;
+use crate::memory::Memory;
 use crate::latent::recentre;
 use crate::noise::NoiseModel;
 use crate::parallel::for_each;
@@ -208,6 +209,14 @@ pub(crate) fn drop_unanswered(
     centre: &[f64],
 ) {
     let p = null.parameters(centre);
+    let indices: Vec<usize> = data.observations.iter().map(|o| o.index).collect();
+    let memory = Memory::none();
+    if predictor
+        .residuals(&null.law, &p, &indices, &memory)
+        .is_ok()
+    {
+        return;
+    }
     let reasons: Vec<Option<String>> = for_each(data.observations.len(), |k| {
         let o = &data.observations[k];
         predictor

@@ -10,7 +10,7 @@ use crate::candidates::Candidates;
 use crate::dataset::DataSet;
 use crate::error::GapError;
 use crate::fit::Fit;
-use crate::forms::{FREE, Ground, ask_again};
+use crate::forms::{FREE, Ground, Named, ask_again};
 use crate::hypothesis::Hypothesis;
 use crate::noise::{NoiseModel, Whitener};
 use crate::null::{Refit, drop_unanswered, refit};
@@ -118,14 +118,14 @@ pub(crate) fn weigh_rivals(
     let (mut round, mut predictor) = settle(data, &common, &fitted, noise, centred)?;
     let mut reshaped = None;
     if setup.kind == LogKind::Drive {
-        let mut found = reshape(data, &*predictor, setup, &null, &round);
+        let (mut found, asked) = reshape(data, &*predictor, setup, &null, &round, None);
         let misfits = round.all().all(|w| w.chi2_per_value() >= ADEQUATE_DRIVE);
         let all = found.iter().flat_map(|(_, w)| w);
         let best = all.max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence));
         // Where it takes another formula to come near, noise and inputs are taken there too.
         if let Some(best) = best.filter(|b| misfits && is_free(b) && round.is_bettered(b)) {
             round = round.renewed(best, data, &common, &fitted, &mut predictor, true)?;
-            found = reshape(data, &*predictor, setup, &null, &round);
+            (found, _) = reshape(data, &*predictor, setup, &null, &round, Some(&asked));
         }
         reshaped = Some(found);
     }
@@ -185,14 +185,15 @@ pub(crate) fn weigh_rivals(
     Ok(Ok((rivals, predictor)))
 }
 
-/// The single causes with their formulas left free where the data ask for it.
+/// The single causes with their formulas left free where the data ask for it, and which were asked; only those of `before`.
 fn reshape(
     data: &DataSet,
     predictor: &dyn Predictor,
     setup: &Setup<'_>,
     null: &Hypothesis,
     round: &Round,
-) -> Vec<(usize, Vec<Weighed>)> {
+    before: Option<&[Named]>,
+) -> (Vec<(usize, Vec<Weighed>)>, Vec<Named>) {
     let ground = Ground {
         data,
         predictor,
@@ -207,8 +208,16 @@ fn reshape(
     let rival = pairs.iter().map(|w| w.log_evidence).fold(unknown, f64::max);
     let mut singles = round.singles.clone();
     let effects = (round.screen.as_slice(), round.asked());
-    ask_again(&ground, effects, &mut singles, pairs, nominal, rival);
-    singles
+    let asked = ask_again(
+        &ground,
+        effects,
+        &mut singles,
+        pairs,
+        nominal,
+        rival,
+        before,
+    );
+    (singles, asked)
 }
 
 /// True for an effect by a formula of its own.
@@ -250,8 +259,9 @@ fn log_unknown(
     bases.truncate(3);
     bases.retain(|w| kind == LogKind::Drive || w.chi2_per_value() > ADEQUATE);
     bases.push(null);
+    let discrepancy = unknown::Discrepancy::new(data, plain);
     let smooth = |w: &&Weighed| {
-        w.plain_log_evidence + unknown::gain(data, &w.plain, plain, unknown_amplitudes(kind))
+        w.plain_log_evidence + discrepancy.gain(&w.plain, unknown_amplitudes(kind))
     };
     let smooth = bases.iter().map(smooth).fold(f64::NEG_INFINITY, f64::max);
     if kind != LogKind::Drive {

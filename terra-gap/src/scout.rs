@@ -1,8 +1,8 @@
 //! Which single effects can explain a drive that the nominal law is far from.
 //!
 //! A soil that was fitted without the missing effect lies in a corner, where neither the tangent nor a way down says much of
-//! what an effect can do. So every effect is looked at from the prior centre, on few windows: first with the noise taken much
-//! larger, which lets the effect do its part before the soil does, then with the noise less large, then as it is. Noise that
+//! what an effect can do. So every effect is looked at from near the prior centre, on few windows: first with the noise taken much
+//! larger, which keeps the soil there and lets the effect do its part, then with the noise less large, then as it is. Noise that
 //! is taken so large may hide what tells the effects apart, so none is dropped that is about as near as those that stay.
 
 use std::sync::Arc;
@@ -33,18 +33,9 @@ pub(crate) fn scout(
     asked: &Asked,
     best: usize,
 ) -> Vec<(usize, Vec<f64>)> {
-    let from_centre = |k: usize| {
-        let effect = &asked[k];
-        let h = null.with(Arc::clone(effect)).ok()?;
-        let mut start = vec![0.0; null.len()];
-        let one_sided = effect.params().first().is_some_and(|p| p.one_sided());
-        start.resize(h.len(), if one_sided { ONE_SIDED } else { 0.0 });
-        Some((k, windows.held_back(predictor, &h, start).ok()?))
-    };
-    let mut found: Vec<(usize, Fit)> = for_each(asked.len(), from_centre)
-        .into_iter()
-        .flatten()
-        .collect();
+    let held_back = windows.held_back_with(predictor, null, asked, ONE_SIDED);
+    let held_back = held_back.into_iter().enumerate();
+    let mut found: Vec<(usize, Fit)> = held_back.filter_map(|(k, f)| Some((k, f?))).collect();
     tied(&mut found);
     let half_way = |(k, far): &(usize, Fit)| {
         let h = null.with(Arc::clone(&asked[*k])).ok()?;

@@ -1,11 +1,17 @@
 //! A drive's windows thinned out: fits that come from far go most of their way on these, and only end on all.
 
+use std::sync::Arc;
+
+use terra_model::AnyEffect;
+
 use crate::dataset::DataSet;
 use crate::error::GapError;
-use crate::fit::{Effort, Fit, Known, fit_from};
+use crate::fit::{Effort, Fit, Known, evaluate, fit_from};
 use crate::hypothesis::Hypothesis;
 use crate::noise::{NoiseModel, Whitener};
+use crate::parallel::for_each;
 use crate::predictor::Predictor;
+use crate::signatures::columns;
 
 /// How many times the noise is taken larger where the prior is to hold the soil back: first, and on the way down.
 const LOOSE: [f64; 2] = [10.0, 3.0];
@@ -54,12 +60,31 @@ impl Thin {
         })
     }
 
+    /// The windows, and their noise.
+    pub(crate) fn windows(&self) -> (&DataSet, &Whitener) {
+        (&self.data, &self.whitener)
+    }
+
     /// Whether no window was left out.
     pub(crate) fn is_all(&self) -> bool {
         self.all
     }
 
-    /// Where a fit to these windows ends. What is `known` of all values is so at the first start, whitened.
+    /// Cost that a fit to all windows leaves on these; on all where the noise ties windows together.
+    pub(crate) fn cost_of(&self, fit: &Fit) -> f64 {
+        let Some(rows) = &self.rows else {
+            return fit.cost;
+        };
+        let misfit: f64 = rows.iter().map(|&row| fit.residual[row].powi(2)).sum();
+        misfit + fit.x.norm_squared()
+    }
+
+    /// What is known of these windows' values, out of all; none where the noise ties windows together.
+    pub(crate) fn part_of(&self, known: &Known) -> Option<Known> {
+        self.rows.as_ref().map(|rows| known.of_rows(rows))
+    }
+
+    /// Where a fit to these windows ends. What is `known` of them is so at the first start, whitened.
     ///
     /// # Errors
     /// When the model has no answer at any start.
@@ -68,7 +93,7 @@ impl Thin {
         predictor: &dyn Predictor,
         hypothesis: &Hypothesis,
         starts: &[Vec<f64>],
-        known: Option<&Known>,
+        known: Option<Known>,
     ) -> Result<Fit, GapError> {
         self.end_below(f64::INFINITY, predictor, hypothesis, starts, known)
     }
@@ -83,10 +108,8 @@ impl Thin {
         predictor: &dyn Predictor,
         hypothesis: &Hypothesis,
         starts: &[Vec<f64>],
-        known: Option<&Known>,
+        known: Option<Known>,
     ) -> Result<Fit, GapError> {
-        let known = known.zip(self.rows.as_ref());
-        let known = known.map(|(known, rows)| known.of_rows(rows));
         let effort = if misfit.is_finite() {
             Effort::Below(misfit * self.data.len() as f64)
         } else {
@@ -113,7 +136,51 @@ impl Thin {
         hypothesis: &Hypothesis,
         start: Vec<f64>,
     ) -> Result<Fit, GapError> {
-        self.loosely(&self.loose[0], predictor, hypothesis, start)
+        self.loosely(&self.loose[0], predictor, hypothesis, start, None)
+    }
+
+    /// The same for one effect more, each from where the nominal law was held back: at zero where the tangent there draws it away
+    /// from a bound that it has there, else from a place of its own. None where there is no answer.
+    pub(crate) fn held_back_with(
+        &self,
+        predictor: &dyn Predictor,
+        null: &Hypothesis,
+        effects: &[Arc<dyn AnyEffect>],
+        one_sided_from: f64,
+    ) -> Vec<Option<Fit>> {
+        let noise = &self.loose[0];
+        let begun = self.held_back(predictor, null, vec![0.0; null.len()]);
+        let there = begun.and_then(|end| {
+            let raw = evaluate(&self.data, predictor, null, end.x.as_slice())?;
+            Ok((end.x, noise.apply_vector(&raw.residual), noise.apply(&raw.jacobian)))
+        });
+        let Ok((soil, residual, jacobian)) = there else {
+            return vec![None; effects.len()];
+        };
+        let soil = soil.as_slice();
+        let columns = columns(&self.data, predictor, null, soil, effects, noise);
+        for_each(effects.len(), |k| {
+            let h = null.with(Arc::clone(&effects[k])).ok()?;
+            let column = columns[k].as_ref().ok();
+            let column = column.filter(|c| c.iter().all(|v| v.is_finite()));
+            let one_sided = effects[k].params().first().is_some_and(|p| p.one_sided());
+            let mut start = soil.to_vec();
+            start.resize(h.len(), 0.0);
+            let drawn = column.filter(|c| !one_sided || c.dot(&residual) > 0.0);
+            let known = drawn.filter(|_| h.len() == soil.len() + 1).map(|column| Known {
+                residual: Some(residual.clone()),
+                jacobian: {
+                    let mut beside = jacobian.clone().insert_column(soil.len(), 0.0);
+                    beside.set_column(soil.len(), column);
+                    beside
+                },
+                exact: true,
+            });
+            if known.is_none() && one_sided {
+                start[soil.len()] = one_sided_from;
+            }
+            self.loosely(noise, predictor, &h, start, known).ok()
+        })
     }
 
     /// From where a fit that was held back ended down to the noise as it is, given up where a misfit per value is out of reach.
@@ -143,7 +210,7 @@ impl Thin {
         held_back: &Fit,
     ) -> Result<Fit, GapError> {
         let start = held_back.x.as_slice().to_vec();
-        self.loosely(&self.loose[1], predictor, hypothesis, start)
+        self.loosely(&self.loose[1], predictor, hypothesis, start, None)
     }
 
     /// Whether a fit that was held back ended so high that letting it go leads to no such misfit per value.
@@ -169,8 +236,9 @@ impl Thin {
         predictor: &dyn Predictor,
         hypothesis: &Hypothesis,
         start: Vec<f64>,
+        known: Option<Known>,
     ) -> Result<Fit, GapError> {
         let (data, effort) = (&self.data, Effort::Roughly);
-        fit_from(data, predictor, hypothesis, noise, &[start], None, effort)
+        fit_from(data, predictor, hypothesis, noise, &[start], known, effort)
     }
 }

@@ -77,26 +77,37 @@ fn range(v: &[f64]) -> (f64, f64) {
         })
 }
 
-/// ln of the evidence gained by giving a fit a discrepancy, amplitudes marginalised with equal weights.
-pub(crate) fn gain(data: &DataSet, fit: &Fit, whitener: &Whitener, amplitudes: &[f64]) -> f64 {
-    let phi = whitener.apply(&features(data));
-    let y = &fit.residual + &fit.jacobian * &fit.x;
-    let known = fit.jacobian.ncols();
-    let mut b = fit
-        .jacobian
-        .clone()
-        .resize_horizontally(known + phi.ncols(), 0.0);
-    b.columns_mut(known, phi.ncols()).copy_from(&phi);
-    let columns = Columns::new(&y, &b);
-    let base = columns.log_density(known, 0.0);
-    log_sum_exp(
-        amplitudes
-            .iter()
-            .map(|&a| columns.log_density(known, a) - base),
-    ) - (amplitudes.len() as f64).ln()
+/// The smooth discrepancy of a data set under one noise, made once for all fits to it.
+pub(crate) struct Discrepancy {
+    /// Φ, whitened.
+    phi: DMatrix<f64>,
+    /// Φ'Φ.
+    square: DMatrix<f64>,
 }
 
-/// What data and columns come to in Woodbury's formula: y'y, B'y, B'B, made once for all amplitudes.
+impl Discrepancy {
+    /// Of every channel.
+    pub(crate) fn new(data: &DataSet, whitener: &Whitener) -> Self {
+        let phi = whitener.apply(&features(data));
+        let square = phi.tr_mul(&phi);
+        Discrepancy { phi, square }
+    }
+
+    /// ln of the evidence gained by giving a fit this discrepancy, amplitudes marginalised with equal weights.
+    pub(crate) fn gain(&self, fit: &Fit, amplitudes: &[f64]) -> f64 {
+        let y = &fit.residual + &fit.jacobian * &fit.x;
+        let known = fit.jacobian.ncols();
+        let columns = Columns::new(&y, &fit.jacobian, self);
+        let base = columns.log_density(known, 0.0);
+        log_sum_exp(
+            amplitudes
+                .iter()
+                .map(|&a| columns.log_density(known, a) - base),
+        ) - (amplitudes.len() as f64).ln()
+    }
+}
+
+/// What data and the columns B = \[J, Φ\] come to in Woodbury's formula: y'y, B'y, B'B, made once for all amplitudes.
 struct Columns {
     squares: f64,
     by: DVector<f64>,
@@ -104,11 +115,23 @@ struct Columns {
 }
 
 impl Columns {
-    fn new(y: &DVector<f64>, b: &DMatrix<f64>) -> Self {
+    fn new(y: &DVector<f64>, j: &DMatrix<f64>, smooth: &Discrepancy) -> Self {
+        let (known, more) = (j.ncols(), smooth.phi.ncols());
+        let mut by = DVector::zeros(known + more);
+        by.rows_mut(0, known).copy_from(&j.tr_mul(y));
+        by.rows_mut(known, more).copy_from(&smooth.phi.tr_mul(y));
+        let mut bb = DMatrix::zeros(known + more, known + more);
+        let across = smooth.phi.tr_mul(j);
+        bb.view_mut((0, 0), (known, known)).copy_from(&j.tr_mul(j));
+        bb.view_mut((known, 0), (more, known)).copy_from(&across);
+        let mut above = bb.view_mut((0, known), (known, more));
+        above.copy_from(&across.transpose());
+        let mut corner = bb.view_mut((known, known), (more, more));
+        corner.copy_from(&smooth.square);
         Columns {
             squares: y.norm_squared(),
-            by: b.tr_mul(y),
-            bb: b.transpose() * b,
+            by,
+            bb,
         }
     }
 
@@ -168,11 +191,18 @@ mod tests {
         let c = s.cholesky().unwrap();
         let dense =
             -0.5 * y.dot(&c.solve(&y)) - c.l().diagonal().iter().map(|v| v.ln()).sum::<f64>();
-        assert!((Columns::new(&y, &b).log_density(2, 0.0) - dense).abs() < 1e-12);
+        let of = |b: &DMatrix<f64>, known: usize| {
+            let phi = b.columns(known, 2 - known).into_owned();
+            let square = phi.tr_mul(&phi);
+            let j = b.columns(0, known).into_owned();
+            Columns::new(&y, &j, &Discrepancy { phi, square })
+        };
+        assert!((of(&b, 2).log_density(2, 0.0) - dense).abs() < 1e-12);
+        assert!((of(&b, 1).log_density(1, 1.0) - dense).abs() < 1e-12);
         // The second column by its amplitude.
         let mut half = b.clone();
         half.column_mut(1).scale_mut(2.0);
-        assert!((Columns::new(&y, &half).log_density(1, 0.5) - dense).abs() < 1e-12);
+        assert!((of(&half, 1).log_density(1, 0.5) - dense).abs() < 1e-12);
     }
 
     /// n values of variance v: the best single s is v, its gain n/2 (v - 1 - ln v), less the price of the choice; none for

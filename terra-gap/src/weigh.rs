@@ -181,6 +181,7 @@ pub(crate) fn weigh_roughly(
     known: Option<&Known>,
 ) -> Option<(f64, Option<Weighed>)> {
     let few = amplitudes.thin.as_ref()?;
+    let known = known.and_then(|known| few.part_of(known));
     let end = few.end(predictor, hypothesis, &[start.to_vec()], known);
     let end = end.ok()?;
     let there = weigh_at(data, predictor, hypothesis, amplitudes, &end);
@@ -229,7 +230,8 @@ pub(crate) fn weigh(
         && !is_near(data, predictor, hypothesis, amplitudes, starts, known.as_ref())
     {
         let bar = amplitudes.hopeless_from;
-        let end = thin.end_below(bar, predictor, hypothesis, &from, known.take().as_ref())?;
+        let part = known.take().and_then(|known| thin.part_of(&known));
+        let end = thin.end_below(bar, predictor, hypothesis, &from, part)?;
         if end.cost > bar * end.residual.len() as f64
             && let Ok(there) = weigh_at(data, predictor, hypothesis, amplitudes, &end)
         {

@@ -80,6 +80,18 @@ pub(crate) struct Ground<'a, 'b> {
     pub whitener: &'a Whitener,
 }
 
+impl Ground<'_, '_> {
+    /// Only a few windows of it.
+    fn on_few(&self) -> Option<Self> {
+        let (data, whitener) = self.levels.scout.as_ref()?.windows();
+        Some(Ground {
+            data,
+            whitener,
+            ..*self
+        })
+    }
+}
+
 /// The parts of a pair that are too weak to have been confirmed alone: another formula may do what the other part does.
 fn parts_alone(
     ground: &Ground<'_, '_>,
@@ -121,7 +133,7 @@ fn parts_alone(
 ///
 /// First every confirmed one and the parts of the best pair, where its terms promise to reach all others and `rival`, ln Z of a
 /// pair or of something unknown; then once more those that are behind another's formula; and where nothing follows the drive, all
-/// effects.
+/// effects. Those that were asked `before`, by name and form, are the only ones the next time; gives back which these are.
 pub(crate) fn ask_again(
     ground: &Ground<'_, '_>,
     (screen, effects): (&[Screened], &[Arc<dyn AnyEffect>]),
@@ -129,14 +141,17 @@ pub(crate) fn ask_again(
     pairs: &[Weighed],
     nominal: &Weighed,
     rival: f64,
-) {
+    before: Option<&[Named]>,
+) -> Vec<Named> {
     if ground.data.groups().len() < MANOEUVRES {
-        return;
+        return vec![];
     }
     let best = best_of(singles.iter().flat_map(|(_, w)| w));
     if best < nominal.log_evidence + EFFECT {
-        return;
+        return vec![];
     }
+    let named = |k: usize| (screen[k].name.clone(), screen[k].form.clone());
+    let is_asked = |k: usize| before.is_none_or(|before| before.contains(&named(k)));
     let by_evidence = |a: &&Weighed, b: &&Weighed| a.log_evidence.total_cmp(&b.log_evidence);
     if let Some(pair) = pairs.iter().max_by(by_evidence) {
         let parts = parts_alone(ground, screen, singles, pair);
@@ -154,12 +169,12 @@ pub(crate) fn ask_again(
         names.push(name(*i));
         new
     });
+    order.retain(|&i| is_asked(singles[i].0));
     let bar = rival.max(best);
     let first = for_each(order.len(), |rank| {
         let plain = &singles[order[rank]].1[0];
         let effect = Arc::clone(plain.hypothesis.effects().first()?);
-        let from = Origin::plain(ground, plain);
-        asked(ground, Reshaped::new(effect, regime), from, bar)
+        asked(ground, Reshaped::new(effect, regime), plain, bar)
     });
     let places = order.iter().map(|&i| singles[i].0);
     let mut found: Vec<(usize, Found)> = places
@@ -172,8 +187,7 @@ pub(crate) fn ask_again(
     let again = for_each(found.len(), |n| {
         let (shape, w) = &found[n].1;
         let mut shape = shape.clone();
-        let from = Origin::end(w);
-        let more = (w.log_evidence < bar).then(|| shape.ask(ground, &from, TERMS[1], bar))??;
+        let more = (w.log_evidence < bar).then(|| shape.ask(ground, w, TERMS[1], bar))??;
         (more.log_evidence > w.log_evidence).then_some((shape, more))
     });
     for ((_, before), more) in found.iter_mut().zip(again) {
@@ -186,24 +200,17 @@ pub(crate) fn ask_again(
         .fold(f64::INFINITY, f64::min)
         > UNEXPLAINED
     {
-        let rows: Vec<usize> = (0..screen.len())
-            .filter(|k| !order.iter().any(|&i| singles[i].0 == *k))
-            .collect();
-        let begin = |&k: &usize| {
+        let row = |k: usize| {
             let weighed = singles.iter().find(|(row, w)| *row == k && !w.is_empty());
-            if let Some(plain) = weighed.and_then(|(_, w)| w.first()) {
-                let effect = Arc::clone(plain.hypothesis.effects().first()?);
-                return Some((k, effect, Origin::plain(ground, plain)));
-            }
-            let row = &screen[k];
-            let same = |e: &&Arc<dyn AnyEffect>| (e.name(), e.form()) == (&row.name, &row.form);
-            let effect = effects.iter().find(same)?;
-            let h = ground.null.with(Arc::clone(effect)).ok()?;
-            let from = Origin::nothing(ground, nominal, &h)?;
-            Some((k, Arc::clone(effect), from))
+            let same = |e: &&Arc<dyn AnyEffect>| (e.name().to_owned(), e.form().to_owned()) == named(k);
+            let at = weighed.and_then(|(_, w)| w.first()).unwrap_or(nominal);
+            Some((k, effects.iter().find(same)?, at))
         };
-        found.extend(look_everywhere(ground, regime, &rows, begin, rival));
+        let rows = (0..screen.len()).filter(|k| !order.iter().any(|&i| singles[i].0 == *k));
+        let rows: Vec<_> = rows.filter(|&k| is_asked(k)).filter_map(row).collect();
+        found.extend(look_everywhere(ground, regime, &rows, rival));
     }
+    let asked = found.iter().map(|(k, _)| named(*k)).collect();
     for (k, (_, w)) in found {
         match singles
             .iter_mut()
@@ -213,7 +220,11 @@ pub(crate) fn ask_again(
             None => singles.push((k, vec![w])),
         }
     }
+    asked
 }
+
+/// An effect's name and form.
+pub(crate) type Named = (String, String);
 
 /// An effect and what was found for it.
 type Found = (Reshaped, Weighed);
@@ -225,39 +236,43 @@ fn best_of<'a>(all: impl Iterator<Item = &'a Weighed>) -> f64 {
 }
 
 /// Effects that were not asked yet, where nothing else explains the drive: far from the data the tangent promises much less than
-/// there is, so those that promise most are followed on few windows, whatever it is, and those that come nearest on all.
+/// there is, so on few windows those that promise most are followed, whatever it is, and those that come nearest there on all.
+/// `rows`: effects of the screen, each with where it, or the nominal law without it, was weighed.
 fn look_everywhere(
     ground: &Ground<'_, '_>,
     regime: Regime,
-    rows: &[usize],
-    begin: impl Fn(&usize) -> Option<(usize, Arc<dyn AnyEffect>, Origin)> + Sync,
+    rows: &[(usize, &Arc<dyn AnyEffect>, &Weighed)],
     rival: f64,
 ) -> Vec<(usize, Found)> {
+    let (Some(few), Some(on_few)) = (&ground.levels.scout, ground.on_few()) else {
+        return vec![];
+    };
     let promised = for_each(rows.len(), |n| {
-        let (k, effect, from) = begin(&rows[n])?;
-        let mut shape = Reshaped::new(effect, regime);
-        let (known, promised) = shape.choose(ground, &from.fit, TERMS[0])?;
+        let (k, effect, at) = rows[n];
+        let h = ground.null.with(Arc::clone(effect)).ok()?;
+        let from = Origin::at(&on_few, at, &h)?;
+        let mut shape = Reshaped::new(Arc::clone(effect), regime);
+        let (known, promised) = shape.choose(&on_few, &from.fit, TERMS[0])?;
+        let promised = promised - 0.5 * few.cost_of(&at.plain);
         Some((k, shape, from, known, promised))
     });
     let mut promised: Vec<_> = promised.into_iter().flatten().collect();
-    descending(&mut promised, |(_, _, from, _, promised)| {
-        from.log_evidence + promised
-    });
+    descending(&mut promised, |(.., promised)| *promised);
     promised.truncate(FOLLOWED.0);
     let roughly = for_each(promised.len(), |n| {
         let (k, shape, from, known, _) = &promised[n];
-        let (cost, end) = shape.roughly(ground, from, known)?;
-        Some((cost, *k, shape.clone(), end))
+        let end = shape.roughly(ground, few, from, known.clone())?;
+        Some((*k, shape.clone(), end))
     });
     let mut roughly: Vec<_> = roughly.into_iter().flatten().collect();
-    ascending(&mut roughly, |(cost, ..)| *cost);
+    ascending(&mut roughly, |(_, _, end)| end.fit.cost);
     roughly.truncate(FOLLOWED.1);
     let found = for_each(roughly.len(), |n| {
-        let (_, k, shape, end) = &roughly[n];
-        let (shape, from) = (shape.clone(), Origin::end(end));
-        let w = shape.fitted(ground, &from, None)?;
+        let (k, shape, from) = &roughly[n];
+        let shape = shape.clone();
+        let w = shape.fitted(ground, from, None)?;
         let near = w.chi2_per_value() < FAR;
-        let more = (!near).then(|| asked(ground, shape.clone(), Origin::end(&w), rival));
+        let more = (!near).then(|| asked(ground, shape.clone(), &w, rival));
         let found = match more.flatten() {
             Some(more) if more.1.log_evidence > w.log_evidence => more,
             _ => (shape, w),
@@ -268,8 +283,8 @@ fn look_everywhere(
 }
 
 /// An effect by another formula, where the data ask for one that could stand against `rival`, ln Z of another answer.
-fn asked(ground: &Ground<'_, '_>, shape: Reshaped, from: Origin, rival: f64) -> Option<Found> {
-    let (mut shape, mut from) = (shape, from);
+fn asked(ground: &Ground<'_, '_>, shape: Reshaped, from: &Weighed, rival: f64) -> Option<Found> {
+    let (mut shape, mut from) = (shape, from.clone());
     let mut found: Option<Found> = None;
     for most in TERMS {
         let Some(next) = shape.ask(ground, &from, most, rival) else {
@@ -277,7 +292,7 @@ fn asked(ground: &Ground<'_, '_>, shape: Reshaped, from: Origin, rival: f64) -> 
         };
         let better = next.log_evidence > from.log_evidence;
         let near = next.chi2_per_value() < FAR;
-        from = Origin::end(&next);
+        from = next.clone();
         if better || found.is_none() {
             found = Some((shape.clone(), next));
         }

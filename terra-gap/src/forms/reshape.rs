@@ -9,7 +9,8 @@ use crate::fit::{Fit, Known, evaluate_from};
 use crate::hypothesis::Hypothesis;
 use crate::memory::Memory;
 use crate::screen::{Tangent, within_reach};
-use crate::weigh::{Weighed, contest, weigh, weigh_roughly};
+use crate::thin::Thin;
+use crate::weigh::{Weighed, contest, weigh};
 
 use super::Ground;
 use super::free::FreeForm;
@@ -17,6 +18,8 @@ use super::term::{Regime, Term};
 
 /// Screened gain beyond its price \[nats\] that a term must promise.
 const TERM_FROM: f64 = 2.0;
+/// Misfit per value from which few windows tell the terms.
+const FROM_AFAR: f64 = 3.0;
 /// Size of an effect \[prior sd\] at which its terms are chosen, where the fit has less of it.
 const SMALL: f64 = 0.5;
 
@@ -36,48 +39,42 @@ pub(super) struct Origin {
 
 impl Origin {
     /// Of an effect that was weighed, as if it were there.
-    pub(super) fn plain(ground: &Ground<'_, '_>, plain: &Weighed) -> Self {
-        let fit = enlarged(ground, &plain.hypothesis, &plain.plain);
-        Origin {
-            log_evidence: plain.log_evidence,
-            fit: fit.unwrap_or_else(|| plain.plain.clone()),
-        }
-    }
-
-    /// Of an effect by another formula.
-    pub(super) fn end(found: &Weighed) -> Self {
+    fn of(ground: &Ground<'_, '_>, found: &Weighed) -> Self {
+        let enlarged = as_if_there(ground, &found.plain.x)
+            .and_then(|x| there(ground, &found.hypothesis, &x, &found.plain));
         Origin {
             log_evidence: found.log_evidence,
-            fit: found.plain.clone(),
+            fit: enlarged.unwrap_or_else(|| found.plain.clone()),
         }
     }
 
-    /// Of an effect that was not weighed, at the nominal law's fit as if it were there; none where there is no answer.
-    pub(super) fn nothing(
-        ground: &Ground<'_, '_>,
-        nominal: &Weighed,
-        h: &Hypothesis,
-    ) -> Option<Self> {
-        let fit = Fit {
-            x: nominal.plain.x.clone().push(0.0),
-            ..nominal.plain.clone()
-        };
+    /// Of an effect at the end of a fit to other windows, or at that of the nominal law, as if it were there; none where there is
+    /// no answer.
+    pub(super) fn at(ground: &Ground<'_, '_>, at: &Weighed, h: &Hypothesis) -> Option<Self> {
+        let mut x = at.plain.x.clone();
+        x.extend((x.len()..h.len()).map(|_| 0.0));
+        let fit = there(ground, h, &as_if_there(ground, &x).unwrap_or(x), &at.plain)?;
         Some(Origin {
-            log_evidence: nominal.log_evidence,
-            fit: enlarged(ground, h, &fit)?,
+            log_evidence: at.log_evidence,
+            fit,
         })
     }
 }
 
-/// A fit of one effect moved to where the effect is there: terms that reshape it have no slope where its size is next to
-/// nothing. The tangent there promises what the one at the fit does. None where it is large enough, or has no answer there.
-fn enlarged(ground: &Ground<'_, '_>, h: &Hypothesis, fit: &Fit) -> Option<Fit> {
+/// A fit vector with its one effect enlarged: terms that reshape it have no slope where its size is next to nothing, and the
+/// tangent there promises what the one at the fit does. None where it is large enough, or not one.
+fn as_if_there(ground: &Ground<'_, '_>, x: &DVector<f64>) -> Option<DVector<f64>> {
     let soil = ground.null.len();
-    if fit.x.len() != soil + 1 || fit.x[soil].abs() >= SMALL {
+    if x.len() != soil + 1 || x[soil].abs() >= SMALL {
         return None;
     }
-    let mut x = fit.x.clone();
+    let mut x = x.clone();
     x[soil] = if x[soil] < 0.0 { -SMALL } else { SMALL };
+    Some(x)
+}
+
+/// A fit moved to another place, with the law's slopes there; none where there is no answer.
+fn there(ground: &Ground<'_, '_>, h: &Hypothesis, x: &DVector<f64>, fit: &Fit) -> Option<Fit> {
     let memory = Memory::of(ground.predictor.contacts());
     let there = evaluate_from(ground.data, ground.predictor, h, x.as_slice(), 0, &memory).ok()?;
     let residual = ground.whitener.apply_vector(&there.residual);
@@ -85,7 +82,7 @@ fn enlarged(ground: &Ground<'_, '_>, h: &Hypothesis, fit: &Fit) -> Option<Fit> {
     let mut all = residual.iter().chain(jacobian.iter());
     all.all(|v| v.is_finite()).then(|| Fit {
         at_bound: vec![false; x.len()],
-        x,
+        x: x.clone(),
         residual,
         jacobian,
         exact: true,
@@ -160,25 +157,32 @@ impl Reshaped {
         (promised > 0.0).then_some((known, promised))
     }
 
-    /// Fits it with up to so many terms, where these promise to reach `rival`, ln Z of another answer. A way that was given up
-    /// goes on without more terms too.
+    /// Fits it with up to so many terms, where these promise to reach `rival`, ln Z of another answer, from where it was weighed with
+    /// those that it has. A way that was given up goes on without more terms too. Far from the data few windows tell the terms.
     pub(super) fn ask(
         &mut self,
         ground: &Ground<'_, '_>,
-        from: &Origin,
+        found: &Weighed,
         most: usize,
         rival: f64,
     ) -> Option<Weighed> {
-        let more = self.choose(ground, &from.fit, most);
+        let far = found.chi2_per_value() > FROM_AFAR;
+        let few = far.then(|| ground.on_few()).flatten();
+        let (from, on) = match few.as_ref() {
+            Some(few) => (Origin::at(few, found, &found.hypothesis)?, few),
+            None => (Origin::of(ground, found), ground),
+        };
+        let more = self.choose(on, &from.fit, most);
         let goes_on = || (from.fit.given_up && !self.chosen.is_empty()).then(|| from.fit.promise());
         let (known, promised) = match more {
             Some((known, promised)) => (known, promised),
             None => (from.fit.known(from.fit.jacobian.clone()), goes_on()?),
         };
-        if from.log_evidence + within_reach(promised) < rival {
+        let share = on.data.len() as f64 / ground.data.len() as f64;
+        if from.log_evidence + within_reach(promised / share) < rival {
             return None;
         }
-        self.fitted(ground, from, Some(known))
+        self.fitted(ground, &from, few.is_none().then_some(known))
     }
 
     /// Weighs it with the terms that are chosen, from a fit with as many or fewer.
@@ -196,18 +200,18 @@ impl Reshaped {
         Some(self.paid(ground, found.ok()?))
     }
 
-    /// Where a way on few windows ends: the cost there, and what is weighed there.
+    /// Where a way on few windows ends, from what is known there.
     pub(super) fn roughly(
         &self,
         ground: &Ground<'_, '_>,
+        few: &Thin,
         from: &Origin,
-        known: &Known,
-    ) -> Option<(f64, Weighed)> {
+        known: Known,
+    ) -> Option<Origin> {
         let h = self.hypothesis(ground.null, &[])?;
-        let start = self.start(from, &h);
-        let (data, predictor, levels) = (ground.data, ground.predictor, ground.levels);
-        let (cost, end) = weigh_roughly(data, predictor, &h, levels, &start, Some(known))?;
-        Some((cost, self.paid(ground, end?)))
+        let starts = [self.start(from, &h)];
+        let fit = few.end(ground.predictor, &h, &starts, Some(known)).ok()?;
+        Some(Origin { fit, ..*from })
     }
 
     fn start(&self, from: &Origin, h: &Hypothesis) -> Vec<f64> {
