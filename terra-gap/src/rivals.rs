@@ -260,9 +260,8 @@ fn log_unknown(
     bases.retain(|w| kind == LogKind::Drive || w.chi2_per_value() > ADEQUATE);
     bases.push(null);
     let discrepancy = unknown::Discrepancy::new(data, plain);
-    let smooth = |w: &&Weighed| {
-        w.plain_log_evidence + discrepancy.gain(&w.plain, unknown_amplitudes(kind))
-    };
+    let smooth =
+        |w: &&Weighed| w.plain_log_evidence + discrepancy.gain(&w.plain, unknown_amplitudes(kind));
     let smooth = bases.iter().map(smooth).fold(f64::NEG_INFINITY, f64::max);
     if kind != LogKind::Drive {
         return smooth;

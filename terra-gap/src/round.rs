@@ -251,6 +251,7 @@ impl Round {
             None,
             again(setup.kind),
         )?;
+        let levels = levels.beside(&null_weighed);
         let mut not_asked = candidates.not_asked.clone();
         let (screen, asked): (_, Asked) = screen_all(
             data,

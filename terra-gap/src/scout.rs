@@ -33,13 +33,40 @@ pub(crate) fn scout(
     asked: &Asked,
     best: usize,
 ) -> Vec<(usize, Vec<f64>)> {
-    let held_back = windows.held_back_with(predictor, null, asked, ONE_SIDED);
-    let held_back = held_back.into_iter().enumerate();
-    let mut found: Vec<(usize, Fit)> = held_back.filter_map(|(k, f)| Some((k, f?))).collect();
+    let Ok(begun) = windows.begin(predictor, null, asked) else {
+        return vec![];
+    };
+    let one_sided = |k: usize| asked[k].params().first().is_some_and(|p| p.one_sided());
+    let from_null = |k: usize| {
+        let h = null.with(Arc::clone(&asked[k])).ok()?;
+        let mut start = begun.start_of(k, one_sided(k).then_some(ONE_SIDED));
+        start.0.resize(h.len(), 0.0);
+        Some((k, windows.held_back_from(predictor, &h, start).ok()?))
+    };
+    let mut found: Vec<(usize, Fit)> = for_each(asked.len(), from_null)
+        .into_iter()
+        .flatten()
+        .collect();
     tied(&mut found);
+    // Who does next to nothing there goes on from where the nominal law does.
+    let idle = |far: &Fit| far.cost > begun.end.cost - TIED;
+    let (rows, of_idle): (Vec<usize>, Asked) = found
+        .iter()
+        .filter(|(_, far)| idle(far))
+        .map(|(k, _)| (*k, Arc::clone(&asked[*k])))
+        .unzip();
+    let further = windows.begin_half_way(predictor, null, &begun, &of_idle);
     let half_way = |(k, far): &(usize, Fit)| {
         let h = null.with(Arc::clone(&asked[*k])).ok()?;
-        Some((*k, windows.half_way(predictor, &h, far).ok()?))
+        let end = match (rows.iter().position(|row| row == k), &further) {
+            (Some(place), Ok(further)) => {
+                let mut start = further.start_of(place, one_sided(*k).then_some(ONE_SIDED));
+                start.0.resize(h.len(), 0.0);
+                windows.half_way_from(predictor, &h, start)
+            }
+            _ => windows.half_way(predictor, &h, far),
+        };
+        Some((*k, end.ok()?))
     };
     let mut found: Vec<(usize, Fit)> = for_each(found.len(), |rank| half_way(&found[rank]))
         .into_iter()

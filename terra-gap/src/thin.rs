@@ -9,15 +9,46 @@ use crate::error::GapError;
 use crate::fit::{Effort, Fit, Known, evaluate, fit_from};
 use crate::hypothesis::Hypothesis;
 use crate::noise::{NoiseModel, Whitener};
-use crate::parallel::for_each;
 use crate::predictor::Predictor;
 use crate::signatures::columns;
+use nalgebra::DVector;
 
 /// How many times the noise is taken larger where the prior is to hold the soil back: first, and on the way down.
 const LOOSE: [f64; 2] = [10.0, 3.0];
 
 /// |x|² of a soil and effects as far as they are believed: eight at two and a half prior sd.
 const FARTHEST_SOIL: f64 = 50.0;
+
+/// The nominal law's end on few windows, with the signatures of effects there.
+pub(crate) struct Begun {
+    /// Its end, by the law's own slopes.
+    pub(crate) end: Fit,
+    /// Signatures, where an effect can stand in the law.
+    columns: Vec<Option<DVector<f64>>>,
+}
+
+impl Begun {
+    /// A start of one effect more, and what is known there: at zero, or for one that has its bound there and is not drawn away from
+    /// it at a size of its own.
+    pub(crate) fn start_of(
+        &self,
+        effect: usize,
+        one_sided: Option<f64>,
+    ) -> (Vec<f64>, Option<Known>) {
+        let soil = self.end.x.len();
+        let mut start = self.end.x.as_slice().to_vec();
+        let column = self.columns.get(effect).and_then(|c| c.as_ref());
+        let drawn = column.filter(|c| one_sided.is_none() || c.dot(&self.end.residual) > 0.0);
+        let Some(column) = drawn else {
+            start.push(one_sided.unwrap_or(0.0));
+            return (start, None);
+        };
+        start.push(0.0);
+        let mut beside = self.end.jacobian.clone().insert_column(soil, 0.0);
+        beside.set_column(soil, column);
+        (start, Some(self.end.known(beside)))
+    }
+}
 
 /// Some windows of a log with their noise.
 pub(crate) struct Thin {
@@ -139,50 +170,6 @@ impl Thin {
         self.loosely(&self.loose[0], predictor, hypothesis, start, None)
     }
 
-    /// The same for one effect more, each from where the nominal law was held back: at zero where the tangent there draws it away
-    /// from a bound that it has there, else from a place of its own. None where there is no answer.
-    pub(crate) fn held_back_with(
-        &self,
-        predictor: &dyn Predictor,
-        null: &Hypothesis,
-        effects: &[Arc<dyn AnyEffect>],
-        one_sided_from: f64,
-    ) -> Vec<Option<Fit>> {
-        let noise = &self.loose[0];
-        let begun = self.held_back(predictor, null, vec![0.0; null.len()]);
-        let there = begun.and_then(|end| {
-            let raw = evaluate(&self.data, predictor, null, end.x.as_slice())?;
-            Ok((end.x, noise.apply_vector(&raw.residual), noise.apply(&raw.jacobian)))
-        });
-        let Ok((soil, residual, jacobian)) = there else {
-            return vec![None; effects.len()];
-        };
-        let soil = soil.as_slice();
-        let columns = columns(&self.data, predictor, null, soil, effects, noise);
-        for_each(effects.len(), |k| {
-            let h = null.with(Arc::clone(&effects[k])).ok()?;
-            let column = columns[k].as_ref().ok();
-            let column = column.filter(|c| c.iter().all(|v| v.is_finite()));
-            let one_sided = effects[k].params().first().is_some_and(|p| p.one_sided());
-            let mut start = soil.to_vec();
-            start.resize(h.len(), 0.0);
-            let drawn = column.filter(|c| !one_sided || c.dot(&residual) > 0.0);
-            let known = drawn.filter(|_| h.len() == soil.len() + 1).map(|column| Known {
-                residual: Some(residual.clone()),
-                jacobian: {
-                    let mut beside = jacobian.clone().insert_column(soil.len(), 0.0);
-                    beside.set_column(soil.len(), column);
-                    beside
-                },
-                exact: true,
-            });
-            if known.is_none() && one_sided {
-                start[soil.len()] = one_sided_from;
-            }
-            self.loosely(noise, predictor, &h, start, known).ok()
-        })
-    }
-
     /// From where a fit that was held back ended down to the noise as it is, given up where a misfit per value is out of reach.
     ///
     /// # Errors
@@ -211,6 +198,84 @@ impl Thin {
     ) -> Result<Fit, GapError> {
         let start = held_back.x.as_slice().to_vec();
         self.loosely(&self.loose[1], predictor, hypothesis, start, None)
+    }
+
+    /// Where the nominal law ends with the noise taken much larger, and the signatures of effects there.
+    ///
+    /// # Errors
+    /// When it has no answer there.
+    pub(crate) fn begin(
+        &self,
+        predictor: &dyn Predictor,
+        null: &Hypothesis,
+        effects: &[Arc<dyn AnyEffect>],
+    ) -> Result<Begun, GapError> {
+        let end = self.held_back(predictor, null, vec![0.0; null.len()])?;
+        self.begun(&self.loose[0], predictor, null, &end, effects)
+    }
+
+    /// The same with the noise taken less large.
+    ///
+    /// # Errors
+    /// As [`begin`](Self::begin).
+    pub(crate) fn begin_half_way(
+        &self,
+        predictor: &dyn Predictor,
+        null: &Hypothesis,
+        begun: &Begun,
+        effects: &[Arc<dyn AnyEffect>],
+    ) -> Result<Begun, GapError> {
+        let end = self.half_way(predictor, null, &begun.end)?;
+        self.begun(&self.loose[1], predictor, null, &end, effects)
+    }
+
+    fn begun(
+        &self,
+        noise: &Whitener,
+        predictor: &dyn Predictor,
+        null: &Hypothesis,
+        end: &Fit,
+        effects: &[Arc<dyn AnyEffect>],
+    ) -> Result<Begun, GapError> {
+        let x = end.x.as_slice();
+        let here = evaluate(&self.data, predictor, null, x)?;
+        let columns = columns(&self.data, predictor, null, x, effects, noise);
+        let finite = |c: &DVector<f64>| c.iter().all(|v| v.is_finite());
+        Ok(Begun {
+            end: Fit {
+                residual: noise.apply_vector(&here.residual),
+                jacobian: noise.apply(&here.jacobian),
+                exact: true,
+                ..end.clone()
+            },
+            columns: columns.into_iter().map(|c| c.ok().filter(finite)).collect(),
+        })
+    }
+
+    /// Where the nominal law with one effect more ends with the noise taken much larger, from where the law itself did.
+    ///
+    /// # Errors
+    /// When there is no answer there.
+    pub(crate) fn held_back_from(
+        &self,
+        predictor: &dyn Predictor,
+        hypothesis: &Hypothesis,
+        (start, known): (Vec<f64>, Option<Known>),
+    ) -> Result<Fit, GapError> {
+        self.loosely(&self.loose[0], predictor, hypothesis, start, known)
+    }
+
+    /// The same with the noise taken less large.
+    ///
+    /// # Errors
+    /// As [`held_back_from`](Self::held_back_from).
+    pub(crate) fn half_way_from(
+        &self,
+        predictor: &dyn Predictor,
+        hypothesis: &Hypothesis,
+        (start, known): (Vec<f64>, Option<Known>),
+    ) -> Result<Fit, GapError> {
+        self.loosely(&self.loose[1], predictor, hypothesis, start, known)
     }
 
     /// Whether a fit that was held back ended so high that letting it go leads to no such misfit per value.

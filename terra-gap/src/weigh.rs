@@ -18,6 +18,8 @@ use crate::thin::Thin;
 
 /// Misfit per value up to which a start is near the data.
 pub(crate) const NEAR: f64 = 1.3;
+/// Misfit per value, and share of the nominal law's, from which a way that was given up is not gone on with.
+const FAR_AWAY: (f64, f64) = (3.0, 0.5);
 /// Amplitudes of the discrepancy with their prior weights.
 pub(crate) fn amplitudes(kind: LogKind) -> &'static [(f64, f64)] {
     match kind {
@@ -50,6 +52,8 @@ pub(crate) struct Amplitudes {
     pub(crate) thin: Option<Arc<Thin>>,
     /// Misfit per value from which a drive's rival is hopeless.
     hopeless_from: f64,
+    /// The same of a way that was given up.
+    far_away: f64,
 }
 
 impl Amplitudes {
@@ -72,7 +76,17 @@ impl Amplitudes {
             scout: thin(Thin::SCOUT)?,
             thin: thin(Thin::WAY)?,
             hopeless_from: f64::INFINITY,
+            far_away: f64::INFINITY,
         })
+    }
+
+    /// The same beside the nominal law, as it was weighed.
+    pub(crate) fn beside(&self, null: &Weighed) -> Self {
+        let (least, share) = FAR_AWAY;
+        Amplitudes {
+            far_away: least.max(share * null.chi2_per_value()),
+            ..self.clone()
+        }
     }
 
     /// The same for rivals of an explanation of a drive: ways that end hopelessly far behind it are only gone on few windows.
@@ -227,12 +241,22 @@ pub(crate) fn weigh(
     let (mut from, mut effort) = (starts.to_vec(), effort);
     if let (Effort::Contest, Some(thin)) = (effort, &amplitudes.thin)
         && !thin.is_all()
-        && !is_near(data, predictor, hypothesis, amplitudes, starts, known.as_ref())
+        && !is_near(
+            data,
+            predictor,
+            hypothesis,
+            amplitudes,
+            starts,
+            known.as_ref(),
+        )
     {
         let bar = amplitudes.hopeless_from;
         let part = known.take().and_then(|known| thin.part_of(&known));
         let end = thin.end_below(bar, predictor, hypothesis, &from, part)?;
-        if end.cost > bar * end.residual.len() as f64
+        let values = end.residual.len() as f64;
+        // A way that was given up far from the data, about where the nominal law is, is out on all windows too.
+        let out = end.given_up && end.cost > amplitudes.far_away * values;
+        if (out || end.cost > bar * values)
             && let Ok(there) = weigh_at(data, predictor, hypothesis, amplitudes, &end)
         {
             return Ok(there);

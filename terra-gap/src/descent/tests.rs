@@ -149,7 +149,11 @@ fn what_is_known_of_a_start_is_not_asked_again() {
     let asked = |bounds: (&[f64], &[f64]), known: Option<Known>| {
         let before = (v.values.get(), v.slopes.get());
         let end = descend(&v, bounds, start.as_slice(), known, Effort::Contest).unwrap();
-        (end.cost, v.values.get() - before.0, v.slopes.get() - before.1)
+        (
+            end.cost,
+            v.values.get() - before.0,
+            v.slopes.get() - before.1,
+        )
     };
     let (cost, values, slopes) = asked(WIDE, Some(known.clone()));
     let (anew, values_anew, slopes_anew) = asked(WIDE, None);
