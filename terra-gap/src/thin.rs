@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use nalgebra::DVector;
 use terra_model::AnyEffect;
 
 use crate::dataset::DataSet;
@@ -11,7 +12,6 @@ use crate::hypothesis::Hypothesis;
 use crate::noise::{NoiseModel, Whitener};
 use crate::predictor::Predictor;
 use crate::signatures::columns;
-use nalgebra::DVector;
 
 /// How many times the noise is taken larger where the prior is to hold the soil back: first, and on the way down.
 const LOOSE: [f64; 2] = [10.0, 3.0];
@@ -305,5 +305,44 @@ impl Thin {
     ) -> Result<Fit, GapError> {
         let (data, effort) = (&self.data, Effort::Roughly);
         fit_from(data, predictor, hypothesis, noise, &[start], known, effort)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::DMatrix;
+
+    use super::*;
+
+    /// Data that lie above the law draw an effect that raises it away from zero, and one that lowers it against its bound: that one
+    /// begins at a size of its own, unless it has no bound. One that cannot stand in the law is asked by itself.
+    #[test]
+    fn an_effect_begins_where_the_nominal_law_ended() {
+        let column = |slope: f64| Some(DVector::from_vec(vec![slope, 0.0]));
+        let begun = Begun {
+            end: Fit {
+                x: DVector::from_element(1, 0.3),
+                residual: DVector::from_vec(vec![2.0, 0.0]),
+                jacobian: DMatrix::from_element(2, 1, 1.0),
+                exact: true,
+                cost: 4.09,
+                converged: true,
+                given_up: false,
+                log_det: 0.0,
+                at_bound: vec![false],
+            },
+            columns: vec![column(1.0), column(-1.0), None],
+        };
+        let (start, known) = begun.start_of(0, Some(0.5));
+        let known = known.unwrap();
+        assert_eq!((start, known.exact), (vec![0.3, 0.0], true));
+        assert_eq!(known.residual, Some(begun.end.residual.clone()));
+        assert_eq!(known.jacobian.column(1), DVector::from_vec(vec![1.0, 0.0]));
+        let (start, known) = begun.start_of(1, Some(0.5));
+        assert!(start == [0.3, 0.5] && known.is_none());
+        let (start, known) = begun.start_of(1, None);
+        assert!(start == [0.3, 0.0] && known.is_some());
+        let (start, known) = begun.start_of(2, None);
+        assert!(start == [0.3, 0.0] && known.is_none());
     }
 }
