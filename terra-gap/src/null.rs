@@ -124,7 +124,7 @@ fn settle(
     let mut starts = starts_of(null, setup.kind);
     if setup.kind == LogKind::Drive {
         let thin = Thin::new(data, &noise, Thin::WAY)?;
-        let held_back = thin.held_back(predictor, null, centre.clone())?;
+        let held_back = thin.held_back(predictor, null, centre.clone(), None)?;
         let mut end = thin.let_go(predictor, null, &held_back, f64::INFINITY)?;
         let values = end.residual.len() as f64;
         if end.chi2() > NEAR * values {

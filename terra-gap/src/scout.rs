@@ -39,9 +39,9 @@ pub(crate) fn scout(
     let one_sided = |k: usize| asked[k].params().first().is_some_and(|p| p.one_sided());
     let from_null = |k: usize| {
         let h = null.with(Arc::clone(&asked[k])).ok()?;
-        let mut start = begun.start_of(k, one_sided(k).then_some(ONE_SIDED));
-        start.0.resize(h.len(), 0.0);
-        Some((k, windows.held_back_from(predictor, &h, start).ok()?))
+        let (mut start, known) = begun.start_of(k, one_sided(k).then_some(ONE_SIDED));
+        start.resize(h.len(), 0.0);
+        Some((k, windows.held_back(predictor, &h, start, known).ok()?))
     };
     let mut found: Vec<(usize, Fit)> = for_each(asked.len(), from_null)
         .into_iter()
@@ -58,15 +58,14 @@ pub(crate) fn scout(
     let further = windows.begin_half_way(predictor, null, &begun, &of_idle);
     let half_way = |(k, far): &(usize, Fit)| {
         let h = null.with(Arc::clone(&asked[*k])).ok()?;
-        let end = match (rows.iter().position(|row| row == k), &further) {
+        let (mut start, known) = match (rows.iter().position(|row| row == k), &further) {
             (Some(place), Ok(further)) => {
-                let mut start = further.start_of(place, one_sided(*k).then_some(ONE_SIDED));
-                start.0.resize(h.len(), 0.0);
-                windows.half_way_from(predictor, &h, start)
+                further.start_of(place, one_sided(*k).then_some(ONE_SIDED))
             }
-            _ => windows.half_way(predictor, &h, far),
+            _ => (far.x.as_slice().to_vec(), None),
         };
-        Some((*k, end.ok()?))
+        start.resize(h.len(), 0.0);
+        Some((*k, windows.half_way(predictor, &h, start, known).ok()?))
     };
     let mut found: Vec<(usize, Fit)> = for_each(found.len(), |rank| half_way(&found[rank]))
         .into_iter()

@@ -92,7 +92,7 @@ pub(crate) fn start_anew(
         let h = w.hypothesis.clone();
         let found = better_of(w.clone(), fresh_start(w, soil), |start, found| {
             weigh_elsewhere(data, predictor, levels, found, |windows, misfit| {
-                let near = windows.held_back(predictor, &h, start).ok()?;
+                let near = windows.held_back(predictor, &h, start, None).ok()?;
                 let beyond = windows.is_beyond(&near, misfit);
                 let let_go = || windows.let_go(predictor, &h, &near, misfit).ok();
                 if beyond { None } else { let_go() }

@@ -166,8 +166,9 @@ impl Thin {
         predictor: &dyn Predictor,
         hypothesis: &Hypothesis,
         start: Vec<f64>,
+        known: Option<Known>,
     ) -> Result<Fit, GapError> {
-        self.loosely(&self.loose[0], predictor, hypothesis, start, None)
+        self.loosely(&self.loose[0], predictor, hypothesis, start, known)
     }
 
     /// From where a fit that was held back ended down to the noise as it is, given up where a misfit per value is out of reach.
@@ -181,12 +182,13 @@ impl Thin {
         held_back: &Fit,
         misfit: f64,
     ) -> Result<Fit, GapError> {
-        let half_way = self.half_way(predictor, hypothesis, held_back)?;
+        let end = held_back.x.as_slice().to_vec();
+        let half_way = self.half_way(predictor, hypothesis, end, None)?;
         let start = half_way.x.as_slice().to_vec();
         self.end_below(misfit, predictor, hypothesis, &[start], None)
     }
 
-    /// From where a fit that was held back ended down to noise that is taken less large.
+    /// With the noise taken less large, from where a fit that was held back ended.
     ///
     /// # Errors
     /// As [`held_back`](Self::held_back).
@@ -194,10 +196,10 @@ impl Thin {
         &self,
         predictor: &dyn Predictor,
         hypothesis: &Hypothesis,
-        held_back: &Fit,
+        start: Vec<f64>,
+        known: Option<Known>,
     ) -> Result<Fit, GapError> {
-        let start = held_back.x.as_slice().to_vec();
-        self.loosely(&self.loose[1], predictor, hypothesis, start, None)
+        self.loosely(&self.loose[1], predictor, hypothesis, start, known)
     }
 
     /// Where the nominal law ends with the noise taken much larger, and the signatures of effects there.
@@ -210,7 +212,7 @@ impl Thin {
         null: &Hypothesis,
         effects: &[Arc<dyn AnyEffect>],
     ) -> Result<Begun, GapError> {
-        let end = self.held_back(predictor, null, vec![0.0; null.len()])?;
+        let end = self.held_back(predictor, null, vec![0.0; null.len()], None)?;
         self.begun(&self.loose[0], predictor, null, &end, effects)
     }
 
@@ -225,7 +227,8 @@ impl Thin {
         begun: &Begun,
         effects: &[Arc<dyn AnyEffect>],
     ) -> Result<Begun, GapError> {
-        let end = self.half_way(predictor, null, &begun.end)?;
+        let start = begun.end.x.as_slice().to_vec();
+        let end = self.half_way(predictor, null, start, None)?;
         self.begun(&self.loose[1], predictor, null, &end, effects)
     }
 
@@ -250,32 +253,6 @@ impl Thin {
             },
             columns: columns.into_iter().map(|c| c.ok().filter(finite)).collect(),
         })
-    }
-
-    /// Where the nominal law with one effect more ends with the noise taken much larger, from where the law itself did.
-    ///
-    /// # Errors
-    /// When there is no answer there.
-    pub(crate) fn held_back_from(
-        &self,
-        predictor: &dyn Predictor,
-        hypothesis: &Hypothesis,
-        (start, known): (Vec<f64>, Option<Known>),
-    ) -> Result<Fit, GapError> {
-        self.loosely(&self.loose[0], predictor, hypothesis, start, known)
-    }
-
-    /// The same with the noise taken less large.
-    ///
-    /// # Errors
-    /// As [`held_back_from`](Self::held_back_from).
-    pub(crate) fn half_way_from(
-        &self,
-        predictor: &dyn Predictor,
-        hypothesis: &Hypothesis,
-        (start, known): (Vec<f64>, Option<Known>),
-    ) -> Result<Fit, GapError> {
-        self.loosely(&self.loose[1], predictor, hypothesis, start, known)
     }
 
     /// Whether a fit that was held back ended so high that letting it go leads to no such misfit per value.
