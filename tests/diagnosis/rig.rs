@@ -115,14 +115,19 @@ fn the_ground_s_roughness_is_noise() {
     assert!(ignored > 3.0, "{ignored}");
 }
 
-/// Soil pushed ahead so strongly that the nominal law has no best soil: that says nothing against the cause.
+/// Soil pushed ahead so strongly that no soil of the nominal law comes near: that says nothing against the cause. Nor does a re-fit
+/// that has no end, of which it is told.
 #[test]
 fn a_gap_that_no_soil_follows_at_all_is_diagnosed() {
     let d = diagnose(&with("bulldozing", 3.5), 4);
-    let note = "the re-fit of the nominal model did not converge";
-    assert!(d.data.notes.iter().any(|n| n == note), "{:?}", d.data.notes);
+    let misfit = d.waterfall.refitted.unwrap();
+    assert!(misfit > 100.0, "{misfit}");
     assert_eq!((d.verdict, d.set), ("named", vec!["bulldozing".to_owned()]));
     assert!((d.waterfall.after.unwrap() - 1.0).abs() < 0.5);
+    let d = diagnose(&with("bulldozing", 8.0), 4);
+    let note = "the re-fit of the nominal model did not converge";
+    assert!(d.data.notes.iter().any(|n| n == note), "{:?}", d.data.notes);
+    assert!(d.set[0].starts_with("bulldozing"), "{:?}", d.set);
 }
 
 /// Effects with a signature of their own at three loads are named, and their size is found.
