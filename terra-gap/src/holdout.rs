@@ -235,8 +235,7 @@ pub(crate) fn hold_out(
                 } else {
                     Effort::Certified
                 };
-                let known = whole.known(whole.jacobian.clone());
-                let known = quick.then(|| known.of_rows(&kept));
+                let known = quick.then(|| whole.known(whole.jacobian.clone()).of_rows(&kept));
                 let starts = [whole.x.as_slice().to_vec()];
                 let whitener = &train_whitener;
                 let fitted = fit_from(&train, predictor, h, whitener, &starts, known, effort)?;

@@ -49,7 +49,7 @@ pub(super) fn residuals(
     memory: &Memory,
 ) -> Result<Vec<Vec<f64>>, GapError> {
     let in_lanes: Vec<Lanes> = p.iter().map(|&v| Lanes::from(v)).collect();
-    in_groups(
+    memory.end(in_groups(
         indices,
         |i| Kind::of(predictor, &predictor.windows[i]),
         WORTH,
@@ -66,7 +66,7 @@ pub(super) fn residuals(
             )
         },
         |i| predictor.residual(law, p, i, &predictor.raw(i)),
-    )
+    ))
 }
 
 /// The same with their slopes.
@@ -86,13 +86,13 @@ pub(super) fn slopes(
         let raw = |k, x| varying(k, x, varied);
         together(predictor, law, p, windows, raw, of_lane, memory)
     };
-    in_groups(
+    memory.end(in_groups(
         indices,
         |i| Kind::of(predictor, &predictor.windows[i]),
         1,
         together,
         |i| Ok(together(&[i])?.concat()),
-    )
+    ))
 }
 
 /// What a braked wheel costs, a driven one being 1: its stresses are integrated in pieces.

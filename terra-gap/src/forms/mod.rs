@@ -202,8 +202,8 @@ pub(crate) fn ask_again(
     {
         let row = |k: usize| {
             let weighed = singles.iter().find(|(row, w)| *row == k && !w.is_empty());
-            let same =
-                |e: &&Arc<dyn AnyEffect>| (e.name().to_owned(), e.form().to_owned()) == named(k);
+            let s = &screen[k];
+            let same = |e: &&Arc<dyn AnyEffect>| e.name() == s.name && e.form() == s.form;
             let at = weighed.and_then(|(_, w)| w.first()).unwrap_or(nominal);
             Some((k, effects.iter().find(same)?, at))
         };
