@@ -73,7 +73,7 @@ pub(crate) fn calibrate(
     Ok(Calibration {
         temperature: own.temperature.max(frozen.temperature),
         floor: own.floor.max(frozen.floor),
-        set_probability: own.set_probability.max(frozen.set_probability),
+        set_ratio: own.set_ratio.min(frozen.set_ratio),
         null_gain: own.null_gain.max(frozen.null_gain),
         second_gain: own.second_gain.max(frozen.second_gain),
         ..own

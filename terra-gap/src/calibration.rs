@@ -51,8 +51,8 @@ pub struct Calibration {
     /// Share of the probability of an explanation that misfits which goes to unknown: a choice, not learned.
     #[serde(default)]
     pub misfit_doubt: f64,
-    /// Probability that a set must reach to hold the truth in 90 % of cases.
-    pub set_probability: f64,
+    /// ρ: the set holds every answer that is at least this many times as probable as the best one.
+    pub set_ratio: f64,
     /// Gain \[nats\] that the best effect stays below on 95 % of logs without any.
     pub null_gain: f64,
     /// γ \[nats\]: what a second cause must add to the best one alone.
@@ -268,6 +268,12 @@ impl Calibration {
             .collect()
     }
 
+    /// True where an answer of probability `p` is in the set whose best answer has `best`. What share all the others have
+    /// together does not matter: thirty answers that the evidence leaves alike weak are not a reason to list them.
+    pub(crate) fn holds(&self, p: f64, best: f64) -> bool {
+        p >= self.set_ratio * best
+    }
+
     /// True where an explanation that misfits would lead, were it not doubted for that.
     pub(crate) fn led_by_a_misfit(&self, weights: &[Weight]) -> bool {
         let trusting = Calibration {
@@ -306,7 +312,7 @@ mod tests {
             free_doubt: 0.0,
             form_tolerance: 0.0,
             misfit_doubt: 0.0,
-            set_probability: 0.9,
+            set_ratio: 0.05,
             null_gain: 3.0,
             second_gain: 3.0,
             unseen_second: 0.0,
@@ -474,13 +480,26 @@ mod tests {
         assert_eq!(p[1..3], plain[1..3]);
     }
 
+    /// The set goes by how far an answer is behind the best one, not by how many weak ones there are beside it.
+    #[test]
+    fn weak_answers_join_no_set_however_many() {
+        for weak in [3, 60] {
+            let mut weights = vec![single(0.0, 12.0), single(0.0, 9.5)];
+            weights.extend((0..weak).map(|_| single(0.0, 8.5)));
+            let p = start().probabilities(&weights);
+            let held = p.iter().filter(|q| start().holds(**q, p[0]));
+            // e^-2.5 = .08 is enough, e^-3.5 = .03 is not.
+            assert_eq!(held.count(), 2, "{p:?}");
+        }
+    }
+
     #[test]
     fn frozen_calibrations_can_be_read() {
         for (kind, groups) in [(LogKind::Rig, 1), (LogKind::Drive, 1), (LogKind::Drive, 9)] {
             let alone = Calibration::frozen(kind, groups).unwrap();
             let against = Calibration::frozen_contrast(kind, groups).unwrap();
             for c in [&alone, &against] {
-                assert!(c.temperature >= 1.0 && (0.5..1.0).contains(&c.set_probability));
+                assert!(c.temperature >= 1.0 && (0.05..=0.1).contains(&c.set_ratio));
                 assert!((0.0..0.5).contains(&c.floor));
             }
             assert_ne!(alone.design, against.design);

@@ -279,15 +279,11 @@ impl Answers {
         answers.push((probability_none, "none".to_owned()));
         answers.push((probability_unknown, "unknown".to_owned()));
         descending(&mut answers, |a| a.0);
-        let mut held = 0.0;
-        let mut set = vec![];
-        for (p, name) in answers {
-            if held >= calibration.set_probability {
-                break;
-            }
-            held += p;
-            set.push(name);
-        }
+        let best = answers.first().map_or(0.0, |(best, _)| *best);
+        let in_set = answers
+            .into_iter()
+            .filter(|(p, _)| calibration.holds(*p, best));
+        let set: Vec<String> = in_set.map(|(_, name)| name).collect();
         let mut ranking = Ranking {
             causes,
             probability_none,

@@ -2,12 +2,13 @@
 //!
 //! # Equation
 //! T, ε, δ, γ and ρ minimise Σ -ln P(truth), γ and ρ only where cases with two causes say what they cost, else γ is the 95 %
-//! quantile of what needless ones gained. The set is the smallest whose probability reaches the level that held the truth in 90 % of the
-//! cases, .75 at least, or else all that the floor leaves; a name needs a gain above the 95 % quantile of what the best effect
-//! gained on cases without any.
+//! quantile of what needless ones gained. The set holds all answers k with P_k >= r max P: r is the largest that kept the truth in 90 % of
+//! the cases, between 1/20 and 1/10; a name needs a gain above the 95 % quantile of what the best effect gained on cases
+//! without any.
 //!
 //! # Reference
-//! V. Vovk, A. Gammerman, G. Shafer, Algorithmic Learning in a Random World, 2005 (the set's level).
+//! D. Madigan, A. E. Raftery, J. American Statistical Association 89:1535-1546, 1994 (Occam's window, 1/20); V. Vovk, A.
+//! Gammerman, G. Shafer, Algorithmic Learning in a Random World, 2005 (a level learned from cases).
 
 use terra_model::order::ascending;
 
@@ -70,9 +71,12 @@ const UNSEEN: [f64; 9] = [0.0, 0.01, 0.02, 0.03, 0.05, 0.08, 0.12, 0.2, 0.3];
 const SECOND_GAINS: u32 = 40;
 /// Loss \[nats\] over all cases by which two such gains are as good as each other.
 const FLAT: f64 = 0.01;
-/// Probability that every set reaches: where most cases are clear the truth is held often enough by first answers alone, and
-/// a case that is not clear would be answered by a name as probable as a coin's side.
-const LEAST_SET: f64 = 0.75;
+/// An answer twenty times less probable than the best is none, however many of them it would take to hold the truth of the few cases
+/// in which evidence says nothing.
+const WIDEST_SET: f64 = 0.05;
+/// An answer a tenth as probable as the best is one, even where most cases are so clear that first answers alone hold the truth
+/// often enough.
+const NARROWEST_SET: f64 = 0.1;
 /// Cases with two causes from which they say what asking more of a second one costs.
 const ENOUGH_PAIRS: usize = 20;
 
@@ -104,11 +108,9 @@ impl Calibration {
                 out.learn_doubts(&cases);
             }
         }
-        let levels: Vec<f64> = cases.iter().map(|c| out.level_of(c)).collect();
-        if let Some(level) = upper_quantile(&levels, 0.9) {
-            // What the floor spreads over all answers no set of a few can gather: it would name thirty to hold the few cases
-            // in which evidence says nothing.
-            out.set_probability = level.clamp(LEAST_SET, 1.0 - out.floor.max(0.001));
+        let odds: Vec<f64> = cases.iter().map(|c| out.odds_of_best(c)).collect();
+        if let Some(odds) = upper_quantile(&odds, 0.9) {
+            out.set_ratio = odds.recip().clamp(WIDEST_SET, NARROWEST_SET);
         }
         let nulls: Vec<f64> = cases
             .iter()
@@ -176,12 +178,10 @@ impl Calibration {
         }
     }
 
-    /// Probability that must be gathered, best first, before the truth joins the set.
-    fn level_of(&self, case: &Case) -> f64 {
+    /// How many times as probable as the truth the best answer is.
+    fn odds_of_best(&self, case: &Case) -> f64 {
         let p = self.together(&case.weights);
-        let truth = p[case.truth];
-        // The set takes answers until the level is reached: what stands before the truth must fall short of it.
-        p.iter().filter(|q| **q > truth).sum::<f64>() + 1e-9
+        p.iter().copied().fold(0.0, f64::max) / p[case.truth]
     }
 }
 
@@ -214,8 +214,8 @@ mod tests {
         let learned = Calibration::learn(&cases, &start(), "test".to_owned());
         let p = learned.probabilities(&cases[0].weights)[0];
         assert!((p - 0.7).abs() < 0.02, "{p}");
-        // Three in ten truths stand behind .7 of probability: the set must go past it.
-        assert!(learned.set_probability >= 0.68, "{learned:?}");
+        // In three of ten cases the truth is .3 / .7 as probable as the best: the narrowest set holds them all.
+        assert_eq!(learned.set_ratio, NARROWEST_SET);
         assert_eq!(learned.null_gain, 3.0);
     }
 
