@@ -12,7 +12,8 @@
 //! move load to the right wheels, N (1 + 2 h a_y/(g' t_w)), with a_y = v r + g cos(pitch) sin(roll): the vehicle does not
 //! drift. A wheel x ahead of the centre then has the slip angle atan(x r/|v|).
 //!
-//! A ground speed that is e late: v(t) = u(t + e) with u as logged, between the windows around ([`ahead`]).
+//! A ground speed that is e late: v(t) = u(t + e) with u as logged, between the windows around ([`ahead`]); one that follows with a
+//! time constant e: v = u + e u'.
 
 mod abreast;
 mod ahead;
@@ -33,8 +34,8 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use terra_model::{
-    BodyLoads, Channel, Contact, LaneDual, Law, ModelError, Motion, Root, Scalar, Touch, Vehicle,
-    library_slip,
+    BodyLoads, Channel, Contact, LaneDual, Late, Law, ModelError, Motion, Root, Scalar, Touch,
+    Vehicle, library_slip,
 };
 
 use crate::dataset::DataSet;
@@ -43,6 +44,7 @@ use crate::logs::of_log;
 use crate::memory::Memory;
 use crate::predictor::{Design, Predict, Sloped};
 use crate::sensor;
+use ahead::Behind;
 
 /// g \[m/s²\].
 pub(crate) const GRAVITY: f64 = 9.81;
@@ -150,7 +152,11 @@ impl<T: Scalar> GroundSpeed<T> {
             };
         }
         let channel = Channel::GroundSpeed;
-        let late = sensor::delay(law, p, channel, raw[SPEED]);
+        let behind = |late| sensor::behind(law, p, channel, raw[SPEED], late);
+        let late = Behind {
+            delay: behind(Late::Shifted),
+            constant: behind(Late::Following),
+        };
         let (gained, quicker) = ahead::gained(raw, &given.around, offset, late);
         let reported = logged + gained;
         let gain = sensor::gain(law, p, channel, reported);

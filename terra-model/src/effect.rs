@@ -56,6 +56,15 @@ pub enum Scope {
     Rig,
 }
 
+/// How a sensor is late whose report depends on the rate of its truth: what the coefficient of the rate means.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Late {
+    /// It says what was so long ago: v_reported(t) = v(t - e).
+    Shifted,
+    /// It follows with that time constant: e dv_reported/dt = v - v_reported.
+    Following,
+}
+
 /// What a contact tells beside slip, load and wheel. A wheel on its own has none of it: all are 0 in
 /// [`Contact::new`](crate::Contact::new).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -108,6 +117,8 @@ pub trait Effect: Default + Send + Sync + 'static {
     const TOUCHES: &'static [Touch];
     /// What of the contact it acts by: where that is 0, it changes nothing.
     const READS: &'static [Circumstance] = &[];
+    /// How a report that depends on the rate is late.
+    const LATE: Late = Late::Shifted;
     /// Kinds of log it can show on.
     const SCOPE: Scope = Scope::Any;
     /// Where in a log it shows.
@@ -238,6 +249,10 @@ pub trait AnyEffect:
     fn reads(&self) -> &'static [Circumstance] {
         &[]
     }
+    /// How a report that depends on the rate is late; a shift for most.
+    fn late(&self) -> Late {
+        Late::Shifted
+    }
     /// Kinds of log.
     fn scope(&self) -> Scope;
     /// Where in a log it shows.
@@ -276,6 +291,9 @@ impl<E: Effect> AnyEffect for E {
     }
     fn reads(&self) -> &'static [Circumstance] {
         E::READS
+    }
+    fn late(&self) -> Late {
+        E::LATE
     }
     fn scope(&self) -> Scope {
         E::SCOPE

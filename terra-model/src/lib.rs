@@ -71,7 +71,7 @@ mod vehicle;
 pub use batch::{Batch, BatchForces, Precision};
 pub use contact::{Contact, Hook, Hooks};
 pub use dual::{Dual8, jacobian};
-pub use effect::{AnyEffect, Channel, Circumstance, Effect, EffectAt, Scope, Touch};
+pub use effect::{AnyEffect, Channel, Circumstance, Effect, EffectAt, Late, Scope, Touch};
 pub use error::ModelError;
 pub use forces::{Angles, Contributions, Flags, WheelForces};
 pub use lanes::{LaneDual, Lanes, Lanes32, Vector};

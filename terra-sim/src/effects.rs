@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use terra_model::{
-    AnyEffect, AnyModel, BodyLoads, Channel, Contact, Law, ModelError, Motion, Registry, Scope,
-    Soil, Touch, Vehicle,
+    AnyEffect, AnyModel, BodyLoads, Channel, Contact, Late, Law, ModelError, Motion, Registry,
+    Scope, Soil, Touch, Vehicle,
 };
 
 use crate::error::SimError;
@@ -177,13 +177,14 @@ impl ActiveEffects {
         self.touch(Touch::Loads) || !self.unlisted.is_empty()
     }
 
-    /// How late a channel is \[s\].
+    /// How late a channel is \[s\], in one of the ways.
     ///
     /// [`terra_model::Effect::report`] is of first order in the rate for estimators: truth - e·rate. A real sensor has
-    /// a history, so here the coefficient of the rate is read off and taken as the delay it stands for.
-    pub(crate) fn delay(&self, channel: Channel) -> f64 {
+    /// a history, so here the coefficient of the rate is read off and taken as the delay or the time constant it stands for.
+    pub(crate) fn behind(&self, channel: Channel, late: Late) -> f64 {
         self.effects
             .iter()
+            .filter(|(effect, _)| effect.late() == late)
             .map(|(effect, e)| {
                 let at = |rate: f64| effect.report_at(e, channel, 0.0, rate);
                 at(0.0) - at(1.0)

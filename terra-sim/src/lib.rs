@@ -21,6 +21,7 @@ mod control;
 mod drive;
 mod effects;
 mod error;
+mod filter;
 mod force_table;
 mod forms;
 mod grid;

@@ -9,10 +9,11 @@
 use std::borrow::Cow;
 
 use terra_data::{DriveLog, GroundSpeedSource, Noise, Rover, Series, WHEELS};
-use terra_model::{Channel, Touch};
+use terra_model::{Channel, Late, Touch};
 
 use crate::effects::ActiveEffects;
 use crate::error::SimError;
+use crate::filter::Filter;
 use crate::history::{History, Known};
 use crate::noise::{Faults, Stream, White};
 use crate::scenario::{Scenario, SensorSettings};
@@ -94,23 +95,27 @@ impl Bench<'_> {
                 .any(|w| sensors.contains_key(&format!("{stem}_{w}{unit}")))
     }
 
-    /// The truth as late as sensor and effects have it.
-    fn late<'v>(&self, source: &Source<'v>, delay: f64) -> Cow<'v, [f64]> {
-        if delay <= 0.0 {
+    /// The truth of a source at a time of the run that `began` then.
+    fn was(&self, source: &Source<'_>, time: f64, began: f64) -> Option<f64> {
+        match source.known {
+            Some(known) => self.history.at(known, time.max(began), 0.0),
+            // Not a state: straight between rows, never across a reset.
+            None => between(&self.truth.time, source.values, time.max(began)),
+        }
+    }
+
+    /// The truth as late as sensor and effects have it: by a delay, and by the time constant of a filter that begins each run at rest.
+    fn late<'v>(&self, source: &Source<'v>, delay: f64, constant: f64) -> Cow<'v, [f64]> {
+        if delay <= 0.0 && constant <= 0.0 {
             return Cow::Borrowed(source.values);
         }
-        let time = &self.truth.time;
-        let late = time
-            .iter()
-            .zip(source.values)
-            .map(|(&t, &now)| match source.known {
-                Some(known) => self.history.at(known, t, delay).unwrap_or(now),
-                // Not a state: straight between rows, never across a reset.
-                None => {
-                    let began = self.history.began(t).unwrap_or(t);
-                    between(time, source.values, (t - delay).max(began)).unwrap_or(now)
-                }
-            });
+        let mut filter = Filter::new(constant);
+        let rows = self.truth.time.iter().zip(source.values);
+        let late = rows.map(|(&t, &now)| {
+            let began = self.history.began(t).unwrap_or(t);
+            let at = |time: f64| self.was(source, time - delay, began).unwrap_or(now);
+            filter.follow(t, began, at)
+        });
         Cow::Owned(late.collect())
     }
 
@@ -128,8 +133,12 @@ impl Bench<'_> {
         let (seed, run) = (self.scenario.seed, self.scenario.run);
         let mut white = White::new(seed, run, source.stream, sd);
         let mut faults = Faults::new(seed, run, source.stream);
-        let effect_delay = source.channel.map_or(0.0, |c| self.effects.delay(c));
-        let late = self.late(source, effect_delay + settings.delay);
+        let behind = |late| {
+            let of = |c| self.effects.behind(c, late);
+            source.channel.map_or(0.0, of)
+        };
+        let delay = behind(Late::Shifted) + settings.delay;
+        let late = self.late(source, delay, behind(Late::Following));
         let plain = settings == SensorSettings::default();
         let mut last_tick = None;
         let readings = late.iter().zip(&self.truth.time).map(|(&v, &t)| {

@@ -345,21 +345,23 @@ mod tests {
         assert!(why.iter().any(|w| w.contains("yaw_rate_rad_s")), "{why:?}");
     }
 
-    /// A speed of 1 + .3 t + .2 t² m/s that is logged .2 s late: with that delay every window misfits by what the punctual log's
-    /// window does without, to rounding. By the first order in the delay speed, acceleration and readings would be off.
+    /// A speed of 1 + .3 t + .2 t² m/s that is logged .2 s late, or behind a filter of .2 s: with that delay or time constant every
+    /// window misfits by what the punctual log's window does without, to rounding. By the first order in the delay speed,
+    /// acceleration and readings would be off.
     #[test]
     fn a_late_ground_speed_is_set_right() {
         const LATE: f64 = 0.2;
-        let residuals = |late: f64, effects: &[&str]| {
+        let at = |t: f64| 1.0 + 0.3 * t + 0.2 * t * t;
+        // The logged speed, and what makes it right.
+        let residuals = |logged: &dyn Fn(f64) -> f64, form: Option<&str>| {
             let mut log = DriveLog::default();
             let mut speed = Series::default();
             let mut wheel = Series::default();
             let mut torque = Series::default();
             for k in 0..200 {
                 let t = 0.01 * f64::from(k);
-                let at = |t: f64| 1.0 + 0.3 * t + 0.2 * t * t;
                 log.time.push(t);
-                speed.push(Some(at(t - late)));
+                speed.push(Some(logged(t)));
                 wheel.push(Some(1.15 * at(t) / 0.25));
                 torque.push(Some(5.0));
             }
@@ -369,8 +371,9 @@ mod tests {
             log.segments = numbered([0..200, 200..200, 200..200]);
             let rover = parse_rover(ROVER, "rover.toml").unwrap();
             let (data, predictor) = all_windows(&log, &rover).unwrap();
-            let registry = terra_model::Registry::builtin();
-            let effects = effects.iter().map(|name| registry.effect(name).unwrap());
+            let registry = terra_model::Registry::builtin().with_forms();
+            let effect = |form| registry.effect_form("ground-speed-delay", form).unwrap();
+            let effects = form.map(effect);
             let law = registry.law("wong-reece").unwrap();
             let law = law.with_effects(effects).unwrap();
             let soil = [0.99e3, 1.528e6, 1.1, 1040.0, 0.49, 0.025, 0.18, 0.32];
@@ -383,11 +386,16 @@ mod tests {
             };
             within.iter().map(residual).collect::<Vec<_>>()
         };
-        let punctual = residuals(0.0, &[]);
-        let late = residuals(LATE, &["ground-speed-delay"]);
+        let punctual = residuals(&at, None);
         assert!(punctual.len() > 6);
-        for (a, b) in punctual.iter().flatten().zip(late.iter().flatten()) {
-            assert!((a - b).abs() < 1e-9 * (1.0 + a.abs()), "{a} {b}");
+        let late = residuals(&|t| at(t - LATE), Some("default"));
+        // LATE u' = v - u, settled long ago.
+        let settled = |t: f64| at(t) - LATE * (0.3 + 0.4 * t) + LATE * LATE * 0.4;
+        let filtered = residuals(&settled, Some("first-order"));
+        for late in [late, filtered] {
+            for (a, b) in punctual.iter().flatten().zip(late.iter().flatten()) {
+                assert!((a - b).abs() < 1e-9 * (1.0 + a.abs()), "{a} {b}");
+            }
         }
     }
 

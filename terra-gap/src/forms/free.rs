@@ -13,7 +13,7 @@ use std::sync::Arc;
 
 use terra_model::{
     AnyEffect, BodyLoads, Channel, Circumstance, Contact, Dual8, EffectAt, Hook, LaneDual, Lanes,
-    Motion, Param, Real, Scope, Soil, Touch, Vehicle, WheelForces,
+    Late, Motion, Param, Real, Scope, Soil, Touch, Vehicle, WheelForces,
 };
 
 use super::term::{Regime, Term};
@@ -306,6 +306,9 @@ impl AnyEffect for FreeForm {
     }
     fn touches(&self) -> &'static [Touch] {
         self.inner.touches()
+    }
+    fn late(&self) -> Late {
+        self.inner.late()
     }
     fn reads(&self) -> &'static [Circumstance] {
         self.inner.reads()

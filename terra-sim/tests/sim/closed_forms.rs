@@ -245,6 +245,27 @@ fn delay_and_reset_keep_time_running() {
     assert_eq!(run.log.segments[1].rows, 20..40);
 }
 
+/// v = 2 t behind a filter of .05 s: v_reported = 2 (t - .05 (1 - exp(-t/.05))), which begins anew with a reset.
+#[test]
+fn a_filter_follows_and_a_reset_settles_it() {
+    let mut scenario = constant_drive(50.0, 50.0, 0.2);
+    let mut again = scenario.segments[0].clone();
+    again.reset = true;
+    again.name = "again".to_owned();
+    scenario.segments.push(again);
+    scenario.effects.push(EffectSetting {
+        form: Some("first-order".to_owned()),
+        ..EffectSetting::new("ground-speed-delay", 0.05)
+    });
+    let run = drive(&scenario, &paper::light_rover(), Integrator::default());
+    let v = run.log.ground_speed.unwrap();
+    for (i, t) in run.truth.time.iter().enumerate() {
+        let since = if i < 20 { *t } else { t - 0.2 };
+        let expected = 2.0 * (since - 0.05 * (1.0 - (-since / 0.05).exp()));
+        assert!((v.get(i).unwrap() - expected).abs() < 1e-9, "{i} {t}");
+    }
+}
+
 /// With its centre of mass 2 m up and .3 m behind the front axle, a pull of 4 m/s² and more lifts the front wheels:
 /// g l_r = 2.9 m²/s² against h a = 8 m²/s².
 #[test]

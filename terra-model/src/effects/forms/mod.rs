@@ -4,7 +4,7 @@
 //! Forms of one name differ in the mechanism that carries the sign (stress, geometry, resistance, strength) where the
 //! literature has such, and else in a curve that it has.
 //!
-//! One form only: what is a definition (the bias, scale or delay of a sensor, a mass, a radius, a track width, a centre of
+//! One form only: what is a definition (the bias or scale of a sensor, a mass, a radius, a track width, a centre of
 //! gravity, an inclination), a towed load and air resistance, which are a constant and a square of speed, and the sideways
 //! slip of a skidding wheel, for which no second source was found. A shear stress with a residual strength is also a slot of
 //! the models (`wong-hump`): that published hump has no value at which it is no hump, so it is a structure and no form of
@@ -22,6 +22,7 @@ macro_rules! form_of {
 
 mod bulldozing;
 mod drivetrain_friction;
+mod ground_speed_delay;
 mod grousers;
 mod interface_friction;
 mod lateral_bulldozing;
@@ -38,6 +39,7 @@ mod wheel_compliance;
 
 pub use bulldozing::{BearingCapacity, RubbingPile};
 pub use drivetrain_friction::{Lubricant, Stribeck};
+pub use ground_speed_delay::FirstOrder;
 pub use grousers::{PassiveLug, SideWalls};
 pub use interface_friction::{Adhesion, SkinAngle};
 pub use lateral_bulldozing::{CuttingFlank, SweptPressure};
@@ -110,6 +112,7 @@ pub(crate) fn register(registry: Registry) -> Registry {
         .with_effect::<PeakStrength>()
         .with_effect::<Hyperbola>()
         .with_effect::<Knee>()
+        .with_effect::<FirstOrder>()
         .with_effect::<StrengthDrift>()
         .with_effect::<Undulating>()
 }
