@@ -74,6 +74,14 @@ impl Hypothesis {
         names.join("+")
     }
 
+    /// Names of the candidate effects and their forms, in alphabetical order.
+    pub(crate) fn effect_forms(&self) -> Vec<(&'static str, &'static str)> {
+        let effects = self.effects().iter();
+        let mut forms: Vec<_> = effects.map(|e| (e.name(), e.form())).collect();
+        forms.sort_unstable();
+        forms
+    }
+
     /// The law's parameter vector from the fit vector.
     pub fn parameters<T: Real>(&self, x: &[T]) -> Vec<T> {
         let (q, s) = x.split_at(self.soil_len().min(x.len()));

@@ -206,7 +206,7 @@ pub(crate) fn confirm_pairs(
     };
     let mut pairs = vec![];
     if roughly {
-        let fresh = |h: &Hypothesis| previous.is_none_or(|p| p.pair(&h.effect_name()).is_none());
+        let fresh = |h: &Hypothesis| previous.is_none_or(|p| p.pair(h).is_none());
         (pairs, unique) = lead(data, predictor, levels, unique, |a, b| {
             both(a, b).filter(fresh)
         });
@@ -215,7 +215,7 @@ pub(crate) fn confirm_pairs(
         let (a, b, start, known) = &unique[k];
         let (a, b) = (*a, *b);
         let h = both(a, b)?;
-        let before = previous.and_then(|p| Some((p, p.pair(&h.effect_name())?)));
+        let before = previous.and_then(|p| Some((p, p.pair(&h)?)));
         if let Some((p, found)) = before {
             let h = &found.hypothesis;
             if p.out(found) {

@@ -3,6 +3,7 @@
 use terra_model::AnyEffect;
 
 use crate::fit::Fit;
+use crate::hypothesis::Hypothesis;
 use crate::round::Round;
 use crate::setup::Screened;
 use crate::weigh::Weighed;
@@ -26,10 +27,11 @@ impl<'a> Before<'a> {
         found.first().filter(|w| w.fitted)
     }
 
-    /// What it found for two effects, in whatever order and forms.
-    pub(crate) fn pair(self, effects: &str) -> Option<&'a Weighed> {
+    /// What it found for two effects in these forms, in whatever order.
+    pub(crate) fn pair(self, of: &Hypothesis) -> Option<&'a Weighed> {
+        let of = of.effect_forms();
         let mut pairs = self.0.pairs.iter();
-        pairs.find(|w| w.hypothesis.effect_name() == effects)
+        pairs.find(|w| w.hypothesis.effect_forms() == of)
     }
 
     /// True where it is too far from the data for another noise to bring it back.

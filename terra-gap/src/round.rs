@@ -110,7 +110,11 @@ pub(crate) fn settle(
             let mut effects = w.hypothesis.effects().iter();
             effects.any(|e| !common.candidates.is_first(&**e))
         };
-        if let Some(better) = round.better(common.setup.kind).filter(another) {
+        let kind = common.setup.kind;
+        if round.better(kind).filter(another).is_none() {
+            round.pair_up(data, &common.by(&*now));
+        }
+        if let Some(better) = round.better(kind).filter(another) {
             round = round.renewed(better, data, common, fitted, &mut now, true)?;
         }
     }
@@ -216,6 +220,58 @@ impl Round {
         self.screen.extend(screen);
         self.singles.extend(singles);
         self.candidates.effects.extend(forms);
+    }
+
+    /// Partners for the best single cause, where it is far better in another form than in the one that had partners already.
+    fn pair_up(&mut self, data: &DataSet, common: &Common<'_, '_>) {
+        let evidence = |w: &[Weighed]| w.first().map_or(f64::NEG_INFINITY, |w| w.log_evidence);
+        let by_evidence = |a: &&(usize, Vec<Weighed>), b: &&(usize, Vec<Weighed>)| {
+            evidence(&a.1).total_cmp(&evidence(&b.1))
+        };
+        let Some(best) = self.singles.iter().max_by(by_evidence) else {
+            return;
+        };
+        let own = |k: usize| {
+            (
+                &self.screen[k].name,
+                common.candidates.is_first(&*self.asked()[k]),
+            )
+        };
+        let (name, first) = own(best.0);
+        let before = self.singles.iter().filter(|(k, _)| own(*k) == (name, true));
+        let before = before
+            .map(|(_, w)| evidence(w))
+            .fold(f64::NEG_INFINITY, f64::max);
+        if common.settings.combine < 2 || first || evidence(&best.1) < before + RENEW_FROM {
+            return;
+        }
+        let asked: Asked = self.asked().to_vec();
+        let (pairs, beside) = confirm_pairs(
+            data,
+            common.predictor,
+            common.null,
+            &self.levels,
+            &self.null_weighed,
+            &[],
+            std::slice::from_ref(best),
+            &asked,
+            &self.plain,
+            common.setup.kind,
+            common.setup.inherited.is_some(),
+            None,
+            false,
+            &mut vec![],
+        );
+        self.beside.extend(beside);
+        for pair in pairs {
+            let name = pair.hypothesis.effect_name();
+            let same = |w: &&mut Weighed| w.hypothesis.effect_name() == name;
+            match self.pairs.iter_mut().find(same) {
+                Some(w) if w.log_evidence < pair.log_evidence => *w = pair,
+                Some(_) => {}
+                None => self.pairs.push(pair),
+            }
+        }
     }
 
     /// `at`: the effects at whose fit the noise was taken. Pairs wait until the singles ask for no other noise or are far
