@@ -18,6 +18,7 @@
 mod abreast;
 mod ahead;
 mod choice;
+mod held;
 mod own_noise;
 mod read;
 mod stream;

@@ -282,10 +282,16 @@ impl Still {
         let (&rows, &times) = self.lengths.iter().max_by_key(|(_, times)| **times)?;
         let all: usize = self.lengths.values().sum();
         let held = (least..LONGEST_HOLD).contains(&rows) && times >= often;
+        // A diagnosis reads a ground speed that is held where it changes.
+        let but = if name == "ground_speed_m_s" {
+            " by all but `terra gap`"
+        } else {
+            ""
+        };
         (held && times as f64 >= share * all as f64).then(|| Suspicion {
             code: "held",
             message: format!(
-                "{name} changes every {rows} rows only, {times} times: a slower sensor whose value is held in between? Its noise is then the same {rows} times over, and counted as if it were not: leave the cells in between empty"
+                "{name} changes every {rows} rows only, {times} times: a slower sensor whose value is held in between? Its noise is then the same {rows} times over, and counted as if it were not{but}: leave the cells in between empty"
             ),
         })
     }

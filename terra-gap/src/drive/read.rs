@@ -6,6 +6,7 @@ use terra_data::{DriveLog, Rover};
 
 use super::DrivePredictor;
 use super::choice::{ALIKE, Choice};
+use super::held::Held;
 use super::own_noise;
 use super::stream::Stream;
 use super::window::{BENT, Sensors, Taken, bends, channels, short_scatter, usual};
@@ -19,6 +20,7 @@ use crate::logs::Logs;
 /// one. Where there are more windows than that, every kind of motion stays and the frequent kinds are thinned evenly.
 #[derive(Clone, Debug)]
 pub struct DriveWindows {
+    held: Held,
     stream: Stream,
     choice: Choice,
     rows: usize,
@@ -35,6 +37,7 @@ impl DriveWindows {
         let stream = Stream::new(rover)?;
         let track = stream.reader.vehicle.track;
         Ok(DriveWindows {
+            held: Held::default(),
             stream,
             choice: Choice::new(most, track),
             rows: 0,
@@ -87,7 +90,8 @@ impl DriveWindows {
         if !self.ground_speed {
             return Ok(());
         }
-        for slot in self.stream.push(piece, last)? {
+        let piece = self.held.pass(piece, last);
+        for slot in self.stream.push(&piece, last)? {
             if let Some(taken) = slot.taken {
                 self.choice.offer(taken);
             }
@@ -158,6 +162,7 @@ fn joined(
             *dropped.entry(reason.to_owned()).or_default() += n;
         }
     };
+    let mut notes = vec![];
     let mut sensors = Sensors::default();
     let mut choice = Choice::new(most, vehicle.track);
     for (number, (prefix, log)) in logs.iter().enumerate() {
@@ -168,6 +173,11 @@ fn joined(
             continue;
         }
         sensors = sensors.or(log.stream.reader.sensors());
+        if let Some(rows) = log.held.rows() {
+            notes.push(format!(
+                "{prefix}ground_speed_m_s changes every {rows} rows only: a value that is held in between counts as no reading"
+            ));
+        }
         for (reason, n) in &log.stream.reader.dropped {
             leave_out(reason, *n);
         }
@@ -185,7 +195,7 @@ fn joined(
     let mut chosen: Vec<Taken> = choice.into_windows().collect();
     let rough = rover.noise.get("roughness_N").is_some();
     let follows_itself = own_noise::beyond_of_acceleration(&chosen);
-    let notes = own_noise::raise(&mut chosen, rough);
+    notes.extend(own_noise::raise(&mut chosen, rough));
     let scatters: Vec<_> = chosen.iter().map(|taken| taken.scatter).collect();
     let usual = usual(&scatters);
     let bent = scatters.iter().map(|s| bends(s, &usual)).collect();

@@ -207,7 +207,7 @@ pub(super) fn rows(log: &DriveLog, range: Range<usize>) -> DriveLog {
 }
 
 /// One log after the other; a segment that goes on in the second is one.
-fn joined(a: &DriveLog, b: &DriveLog) -> DriveLog {
+pub(super) fn joined(a: &DriveLog, b: &DriveLog) -> DriveLog {
     let (n, m) = (a.len(), b.len());
     let whole = |a: Option<&Series>, b: Option<&Series>| -> Series {
         let get = |s: Option<&Series>, row| s.and_then(|s| s.get(row));
