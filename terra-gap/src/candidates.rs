@@ -76,12 +76,30 @@ pub(crate) fn gate(
         {
             continue;
         }
-        match reason_against(effect, law, data, rover, kind) {
-            None => out.effects.push(Arc::clone(effect)),
-            Some(reason) => out.not_asked.push((name.to_owned(), reason)),
+        let mut asked: Vec<Arc<dyn AnyEffect>> = vec![Arc::clone(effect)];
+        if kind == LogKind::Drive && law.with_effects([Arc::clone(effect)]).is_err() {
+            let forms = forms_in(law, name);
+            if !forms.is_empty() {
+                asked = forms;
+            }
+        }
+        for effect in asked {
+            match reason_against(&effect, law, data, rover, kind) {
+                None => out.effects.push(effect),
+                Some(reason) => out.not_asked.push((name.to_owned(), reason)),
+            }
         }
     }
     Ok(out)
+}
+
+/// The library's other forms of an effect that can stand in a law although its own formula cannot: a law without a shear stress
+/// has no hump of it, but it may have a strength.
+fn forms_in(law: &Law, name: &str) -> Vec<Arc<dyn AnyEffect>> {
+    let library = Registry::empty().with_forms();
+    let forms = library.effects().iter().filter(|form| form.name() == name);
+    let stands = |form: &&Arc<dyn AnyEffect>| law.with_effects([Arc::clone(*form)]).is_ok();
+    forms.filter(stands).map(Arc::clone).collect()
 }
 
 fn reason_against(
@@ -166,4 +184,40 @@ fn varies(data: &DataSet, factor: &str, relative: f64) -> bool {
             (a.min(*x), b.max(*x))
         });
     high - low > relative * low.abs()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A law without a shear stress has no hump of it and no lugs that reach below it, but the forms of these that act on the
+    /// strength or on the forces; where the formulas themselves can stand they are asked alone.
+    #[test]
+    fn a_form_stands_where_the_effect_s_own_formula_cannot() {
+        let registry = Registry::builtin();
+        let rover = terra_data::parse_rover(crate::drive::ROVER, "rover.toml").unwrap();
+        let asked = |model: &str, name: &str| {
+            let law = registry.law(model).unwrap();
+            let settings = Settings::of(&rover);
+            let data = DataSet {
+                channels: vec![],
+                short_scatter: vec![],
+                observations: vec![],
+                dropped: std::collections::BTreeMap::new(),
+                notes: vec![],
+            };
+            let found = gate(&registry, &law, &data, &rover, LogKind::Drive, &settings).unwrap();
+            let mine = found.effects.iter().filter(|e| e.name() == name);
+            mine.map(|e| e.form()).collect::<Vec<_>>()
+        };
+        assert_eq!(asked("linear-stress", "shear-hump"), ["peak-strength"]);
+        assert_eq!(
+            asked("linear-stress", "grousers"),
+            ["side-walls", "passive-lug"]
+        );
+        assert_eq!(asked("scm-column", "rear-contact"), ["energy-return"]);
+        for name in ["shear-hump", "grousers", "rear-contact"] {
+            assert_eq!(asked("wong-reece", name), ["default"]);
+        }
+    }
 }

@@ -478,7 +478,7 @@ pub(crate) fn lift<T: Scalar>(v: &Vehicle<f64>) -> Vehicle<T> {
 
 /// A robot for the tests of windows.
 #[cfg(test)]
-const ROVER: &str = r#"
+pub(crate) const ROVER: &str = r#"
 [vehicle]
 mass_kg = 100.0
 yaw_inertia_kg_m2 = 10.0
