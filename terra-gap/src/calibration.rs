@@ -51,7 +51,7 @@ pub struct Calibration {
     /// Share of the probability of an explanation that misfits which goes to unknown: a choice, not learned.
     #[serde(default)]
     pub misfit_doubt: f64,
-    /// ρ: the set holds every answer that is at least this many times as probable as the best one.
+    /// r: the set holds every answer of which evidence says at least this many times as much as of the best one.
     pub set_ratio: f64,
     /// Gain \[nats\] that the best effect stays below on 95 % of logs without any.
     pub null_gain: f64,
@@ -213,6 +213,14 @@ impl Calibration {
 
     /// The same, one cause and whatever may stand unseen beside it being one answer.
     pub(crate) fn together(&self, weights: &[Weight]) -> Vec<f64> {
+        let prior = log_sum_exp(weights.iter().map(|w| w.ln_prior));
+        let said = weights.iter().zip(self.said(weights));
+        said.map(|(w, said)| said + self.floor * ((w.ln_prior - prior).exp() - said))
+            .collect()
+    }
+
+    /// What evidence says where it says something: the same without the floor.
+    pub(crate) fn said(&self, weights: &[Weight]) -> Vec<f64> {
         let bar = self.bar(weights);
         let logs: Vec<f64> = weights
             .iter()
@@ -225,7 +233,6 @@ impl Calibration {
             })
             .collect();
         let total = log_sum_exp(logs.iter().copied());
-        let prior = log_sum_exp(weights.iter().map(|w| w.ln_prior));
         let mut said: Vec<f64> = logs.iter().map(|l| (l - total).exp()).collect();
         for (k, w) in weights.iter().enumerate() {
             let Some(parts) = w.parts else {
@@ -258,20 +265,14 @@ impl Calibration {
             said[weights.len() - 1] -= moved;
             said[k] += moved;
         }
-        weights
-            .iter()
-            .zip(said)
-            .map(|(w, said)| {
-                let before = (w.ln_prior - prior).exp();
-                said + self.floor * (before - said)
-            })
-            .collect()
+        said
     }
 
-    /// True where an answer of probability `p` is in the set whose best answer has `best`. What share all the others have
-    /// together does not matter: thirty answers that the evidence leaves alike weak are not a reason to list them.
-    pub(crate) fn holds(&self, p: f64, best: f64) -> bool {
-        p >= self.set_ratio * best
+    /// True where an answer is in the set, by what evidence [`said`](Self::said) of it and of the best one. What share all the
+    /// others have together does not matter: thirty answers that the evidence leaves alike weak are not a reason to list them, nor
+    /// is the floor, which all have alike.
+    pub(crate) fn holds(&self, said: f64, best: f64) -> bool {
+        said >= self.set_ratio * best
     }
 
     /// True where an explanation that misfits would lead, were it not doubted for that.

@@ -247,6 +247,7 @@ impl Answers {
     /// Probabilities under a calibration, and the set of answers.
     pub(crate) fn rank(self, calibration: &Calibration) -> Ranking {
         let p = calibration.together(&self.weights);
+        let mut said = calibration.said(&self.weights);
         let mut causes = self.causes;
         let misfits = calibration.led_by_a_misfit(&self.weights);
         let nearly = calibration.nearly(&self.weights);
@@ -266,23 +267,27 @@ impl Answers {
         }
         let (mut probability_none, mut probability_unknown) =
             (p[causes.len()], p[causes.len() + 1]);
+        let (none, unknown) = (causes.len(), causes.len() + 1);
         if self.inadequate_null {
             probability_unknown += probability_none;
             probability_none = 0.0;
+            said[unknown] += said[none];
+            said[none] = 0.0;
         }
-        causes.sort_by(by_probability);
-        let mut answers: Vec<(f64, String)> = causes
-            .iter()
-            .filter(|c| !c.unseen_second)
-            .map(|c| (c.probability, c.name.clone()))
+        let names = causes.iter().map(|c| (c.name.clone(), c.unseen_second));
+        let others = ["none", "unknown"].map(|name| (name.to_owned(), false));
+        let mut answers: Vec<(f64, String)> = names
+            .chain(others)
+            .zip(&said)
+            .filter(|((_, unseen), _)| !unseen)
+            .map(|((name, _), said)| (*said, name))
             .collect();
-        answers.push((probability_none, "none".to_owned()));
-        answers.push((probability_unknown, "unknown".to_owned()));
+        causes.sort_by(by_probability);
         descending(&mut answers, |a| a.0);
         let best = answers.first().map_or(0.0, |(best, _)| *best);
         let in_set = answers
             .into_iter()
-            .filter(|(p, _)| calibration.holds(*p, best));
+            .filter(|(said, _)| calibration.holds(*said, best));
         let set: Vec<String> = in_set.map(|(_, name)| name).collect();
         let mut ranking = Ranking {
             causes,
