@@ -3,7 +3,7 @@
 //! # Equation
 //! T, ε, δ, γ and ρ minimise Σ -ln P(truth), γ and ρ only where cases with two causes say what they cost, else γ is the 95 %
 //! quantile of what needless ones gained. The set holds all answers k with p_k >= r max p, p being P without the floor: r is the largest that kept the truth in 90 % of
-//! the cases, between 1/20 and 1/10; a name needs a gain above the 95 % quantile of what the best effect gained on cases
+//! the cases, between 1/20 and 1/5; a name needs a gain above the 95 % quantile of what the best effect gained on cases
 //! without any.
 //!
 //! # Reference
@@ -74,9 +74,9 @@ const FLAT: f64 = 0.01;
 /// An answer of which evidence says twenty times less than of the best is none, however many of them it would take to hold the truth of the few cases
 /// in which evidence says nothing.
 const WIDEST_SET: f64 = 0.05;
-/// One of which it says a tenth as much is one, even where most cases are so clear that first answers alone hold the truth
+/// One of which it says a fifth as much is one, even where most cases are so clear that first answers alone hold the truth
 /// often enough.
-const NARROWEST_SET: f64 = 0.1;
+const NARROWEST_SET: f64 = 0.2;
 /// Cases with two causes from which they say what asking more of a second one costs.
 const ENOUGH_PAIRS: usize = 20;
 
