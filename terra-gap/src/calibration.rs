@@ -481,16 +481,24 @@ mod tests {
         assert_eq!(p[1..3], plain[1..3]);
     }
 
-    /// The set goes by how far an answer is behind the best one, not by how many weak ones there are beside it.
+    /// The set goes by how far an answer is behind the best one, not by how many weak ones there are beside it, nor by what the
+    /// floor leaves to one of a large prior.
     #[test]
     fn weak_answers_join_no_set_however_many() {
+        let c = Calibration {
+            floor: 0.2,
+            ..start()
+        };
         for weak in [3, 60] {
             let mut weights = vec![single(0.0, 12.0), single(0.0, 9.5)];
             weights.extend((0..weak).map(|_| single(0.0, 8.5)));
-            let p = start().probabilities(&weights);
-            let held = p.iter().filter(|q| start().holds(**q, p[0]));
+            weights.push(single(3.0, 0.0));
+            let said = c.said(&weights);
+            let held = said.iter().filter(|s| c.holds(**s, said[0]));
             // e^-2.5 = .08 is enough, e^-3.5 = .03 is not.
-            assert_eq!(held.count(), 2, "{p:?}");
+            assert_eq!(held.count(), 2, "{said:?}");
+            let p = c.probabilities(&weights);
+            assert!(p[weak + 2] > 0.04 * p[0], "{p:?}");
         }
     }
 
