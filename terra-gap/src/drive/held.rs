@@ -19,7 +19,7 @@ const HELD: (usize, f64) = (20, 0.8);
 #[derive(Clone, Debug)]
 pub(super) enum Held {
     /// What has come while the beginning is not over.
-    Beginning(DriveLog),
+    Beginning(Box<DriveLog>),
     /// Nothing is held.
     Not,
     /// How many rows a value is held, and the one that is, for how many rows now.
@@ -32,7 +32,7 @@ pub(super) enum Held {
 
 impl Default for Held {
     fn default() -> Self {
-        Held::Beginning(DriveLog::default())
+        Held::Beginning(Box::default())
     }
 }
 
@@ -53,7 +53,7 @@ impl Held {
                 log = Cow::Owned(joined(before, piece));
             }
             if log.len() < BEGINNING && !last {
-                *before = log.into_owned();
+                **before = log.into_owned();
                 return Cow::Owned(DriveLog::default());
             }
             let speed = log.ground_speed.as_ref();
