@@ -262,6 +262,8 @@ impl Round {
             false,
             &mut vec![],
         );
+        self.beside
+            .retain(|b| beside.iter().all(|new| new.first != b.first));
         self.beside.extend(beside);
         for pair in pairs {
             let name = pair.hypothesis.effect_name();

@@ -238,6 +238,9 @@ fn drive_windows(
     let (labels, kind) = (logs.labels(), LogKind::Drive);
     let (mut diagnosis, _) =
         with_baseline(read(logs)?, sim, kind, labels, rover, registry, settings)?;
+    for (name, log) in logs.iter() {
+        diagnosis.heed.extend(log.held(name));
+    }
     diagnosis.logs = logs.joined();
     Ok(diagnosis)
 }

@@ -8,6 +8,7 @@ use terra::gap::{Diagnosis, Settings, diagnose_drive};
 use terra::model::Registry;
 use terra::sim::{EffectSetting, Scenario, simulate_drive};
 
+use crate::probability;
 use crate::vehicle::{effect, example};
 
 /// A torque sensor that is 12 % off, and nothing at all.
@@ -105,6 +106,7 @@ fn noise_that_is_understated_is_nothing_unknown() {
 }
 
 /// A ground speed of half and of a tenth of the rows, the others blank: two samples a window are a slope, and no reason to refuse.
+/// A value that is held in between says as much as a blank: the diagnosis is the same, and says so.
 #[test]
 fn a_sensor_of_a_slower_rate_has_blank_rows() {
     let (rover, registry, scenario) = example();
@@ -124,6 +126,31 @@ fn a_sensor_of_a_slower_rate_has_blank_rows() {
         assert!(used(&d) * 10 > all * 9, "{} of {all}", used(&d));
         assert_eq!(d.causes[0].name, "torque-scale", "{:?}", d.set);
         assert!(d.set.contains(&"torque-scale".to_owned()));
+        let mut value = None;
+        let speed = log.ground_speed.as_mut().unwrap();
+        *speed = speed
+            .iter()
+            .map(|v| {
+                value = v.or(value);
+                value
+            })
+            .collect();
+        let held = diagnosed(&log, &rover, &registry);
+        assert_eq!(
+            probability(&held, "torque-scale"),
+            probability(&d, "torque-scale")
+        );
+        assert_eq!(
+            (&held.set, held.waterfall.refitted),
+            (&d.set, d.waterfall.refitted)
+        );
+        let told = format!("ground_speed_m_s changes every {every} rows only");
+        assert!(
+            held.heed.iter().any(|h| h.starts_with(&told)),
+            "{:?}",
+            held.heed
+        );
+        assert!(d.heed.iter().all(|h| !h.starts_with(&told)));
     }
 }
 

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use terra_data::{LogKind, Rover, SoilSharing};
-use terra_gap::{CauseKind, Diagnosis, HoldOut, Settings, to_json};
+use terra_gap::{Cause, CauseKind, Diagnosis, HoldOut, Settings, to_json};
 
 use super::gap_case::{Against, Verdict, diagnose_files};
 use super::gap_watch;
@@ -179,7 +179,7 @@ pub(crate) fn summary(d: &Diagnosis) -> String {
         .filter(|c| c.kind == CauseKind::Effect)
         .take(3)
     {
-        let unseen = beside(d, &first.name);
+        let unseen = beside(d, first);
         if !unseen.is_empty() {
             out.push_str(&format!(
                 "cannot be ruled out beside {}, as it would hardly show here: {}\n",
@@ -230,16 +230,18 @@ pub(crate) fn summary(d: &Diagnosis) -> String {
 }
 
 /// Second causes that may stand unseen beside one, with their probabilities.
-fn beside(d: &Diagnosis, first: &str) -> Vec<String> {
+fn beside(d: &Diagnosis, first: &Cause) -> Vec<String> {
+    // The pair has a share of its first cause's probability: beside a less probable one it is not listed.
+    let listed = UNSEEN_FROM..=first.probability;
     let pairs = d
         .causes
         .iter()
-        .filter(|c| c.unseen_second && c.probability >= UNSEEN_FROM);
+        .filter(|c| c.unseen_second && listed.contains(&c.probability));
     pairs
         .filter_map(|c| {
             let (a, b) = c.name.split_once('+')?;
-            let second = if a == first { b } else { a };
-            (a == first || b == first).then(|| format!("{second} ({:.2})", c.probability))
+            let second = if a == first.name { b } else { a };
+            (a == first.name || b == first.name).then(|| format!("{second} ({:.2})", c.probability))
         })
         .collect()
 }

@@ -78,6 +78,14 @@ impl DriveWindows {
         self.torques
     }
 
+    /// What to heed where the ground speed is held between readings.
+    pub(crate) fn held(&self, prefix: &str) -> Option<String> {
+        let rows = self.held.rows()?;
+        Some(format!(
+            "{prefix}ground_speed_m_s changes every {rows} rows only: a value that is held in between counts as no reading"
+        ))
+    }
+
     /// How many windows are kept.
     pub fn kept(&self) -> usize {
         self.choice.len()
@@ -173,11 +181,7 @@ fn joined(
             continue;
         }
         sensors = sensors.or(log.stream.reader.sensors());
-        if let Some(rows) = log.held.rows() {
-            notes.push(format!(
-                "{prefix}ground_speed_m_s changes every {rows} rows only: a value that is held in between counts as no reading"
-            ));
-        }
+        notes.extend(log.held(prefix));
         for (reason, n) in &log.stream.reader.dropped {
             leave_out(reason, *n);
         }
