@@ -6,6 +6,7 @@
 use std::borrow::Cow;
 
 use terra_data::{DriveLog, Series};
+use terra_model::order::ascending;
 
 use super::stream::joined;
 
@@ -87,15 +88,16 @@ impl Held {
     }
 }
 
-/// How many rows a value is held, where it changes so rarely and then nearly always.
+/// How many rows a value is held, where it changes so rarely and then nearly always, by this much and by that.
 fn held_for(values: impl Iterator<Item = Option<f64>>) -> Option<usize> {
-    let mut lengths = vec![];
+    let (mut lengths, mut steps) = (vec![], vec![]);
     let mut now: Option<(f64, usize)> = None;
     for v in values {
         now = match (now, v) {
             (Some((value, n)), Some(v)) if v == value => Some((value, n + 1)),
             (before, v) => {
                 lengths.extend(before.map(|(_, n)| n));
+                steps.extend(before.zip(v).map(|((value, _), v)| (v - value).abs()));
                 v.map(|v| (v, 1))
             }
         };
@@ -110,7 +112,12 @@ fn held_for(values: impl Iterator<Item = Option<f64>>) -> Option<usize> {
     let as_long = whole.iter().filter(alike).count();
     let (often, share) = HELD;
     let held = usual > 1 && as_long >= often && as_long as f64 >= share * whole.len() as f64;
-    held.then_some(usual)
+    // A speed that grows evenly and is rounded goes up by a digit every so many rows, and is read in each.
+    ascending(&mut steps, |step| *step);
+    let digit = *steps.get(steps.len() / 2)?;
+    let by_a_digit = |step: &&f64| (**step - digit).abs() < 1e-6 * digit;
+    let rounded = steps.iter().filter(by_a_digit).count() as f64 >= share * steps.len() as f64;
+    (held && !rounded).then_some(usual)
 }
 
 #[cfg(test)]
@@ -139,7 +146,7 @@ mod tests {
     }
 
     /// Every tenth row is read; with the clocks apart the lengths differ by one. Where every row is read all stay, and so do
-    /// values that a display rounds, and one that stands still.
+    /// values that a display rounds, steadily growing ones among them, and one that stands still.
     #[test]
     fn only_what_is_read_anew_stays() {
         let every = |k: usize| k / 10;
@@ -150,7 +157,10 @@ mod tests {
         let expected: Vec<usize> = (0..3000).filter(changes).collect();
         assert_eq!(kept(&log(|k| reading(uneven(k)), 3000)), expected);
         let rounded = |k: usize| (reading(k) * 50.0).round() / 50.0;
-        for speed in [&reading as &dyn Fn(usize) -> f64, &rounded, &|_| 1.0] {
+        // .1 m/s² in whole cm/s: a digit more every tenth row.
+        let growing = |k: usize| (0.1 * k as f64).round() / 100.0;
+        let all: [&dyn Fn(usize) -> f64; 4] = [&reading, &rounded, &growing, &|_| 1.0];
+        for speed in all {
             assert_eq!(kept(&log(speed, 3000)).len(), 3000);
         }
     }
