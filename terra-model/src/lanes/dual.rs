@@ -9,14 +9,15 @@ use crate::real::Real;
 
 /// Lanes with derivatives in up to [`SLOPES`](LaneDual::SLOPES) variables: a model's soil and two effects in one pass.
 ///
-/// A constant says so, and its slopes are not read: most of what a contact tells are constants. Slopes are in single precision,
+/// Most of what a contact tells are constants: these have no slopes, which are long to write. Slopes are in single precision,
 /// all that the steps of a fit need, because such numbers are long to copy.
 #[derive(Clone, Copy, Debug)]
 pub struct LaneDual {
     value: Lanes,
-    varies: bool,
-    slopes: [f32x8; LaneDual::SLOPES],
+    slopes: Option<Slopes>,
 }
+
+type Slopes = [f32x8; LaneDual::SLOPES];
 
 impl LaneDual {
     /// How many derivatives it carries.
@@ -24,100 +25,97 @@ impl LaneDual {
 
     /// The variable of this number, with derivative one in itself; a constant where it is [`SLOPES`](Self::SLOPES) or more.
     pub fn variable(value: Lanes, number: usize) -> Self {
-        let mut out = LaneDual::from_primal(value);
-        if let Some(slope) = out.slopes.get_mut(number) {
-            *slope = f32x8::ONE;
-            out.varies = true;
-        }
-        out
+        let one = |k| if k == number { f32x8::ONE } else { f32x8::ZERO };
+        let slopes = (number < LaneDual::SLOPES).then(|| std::array::from_fn(one));
+        LaneDual { value, slopes }
     }
 
     /// Whether it has derivatives.
     pub fn varies(&self) -> bool {
-        self.varies
+        self.slopes.is_some()
     }
 
     /// The derivative in a variable.
     pub fn slope(&self, number: usize) -> Lanes {
-        Lanes(wider(self.slopes.get(number).copied().unwrap_or_default()))
+        let slope = self.slopes.as_ref().and_then(|s| s.get(number));
+        Lanes(wider(slope.copied().unwrap_or_default()))
     }
 
     /// f(x) by its value and derivative.
     #[inline(never)]
     fn chain(&self, value: Lanes, derivative: Lanes) -> Self {
-        let mut out = LaneDual::from_primal(value);
-        if self.varies {
-            out.varies = true;
-            let derivative = shorter(derivative);
-            for (out, slope) in out.slopes.iter_mut().zip(&self.slopes) {
-                *out = *slope * derivative;
-            }
-        }
-        out
+        let slopes = self.slopes.as_ref().map(|s| times(s, derivative));
+        LaneDual { value, slopes }
     }
 
     /// value + a da + b db, with what varies of a and b.
     #[inline(never)]
     fn blend(value: Lanes, a: &Self, da: Lanes, b: &Self, db: Lanes) -> Self {
-        let mut out = LaneDual::from_primal(value);
-        out.varies = a.varies || b.varies;
-        let (da, db) = (shorter(da), shorter(db));
-        match (a.varies, b.varies) {
-            (true, true) => {
-                for (out, (a, b)) in out.slopes.iter_mut().zip(a.slopes.iter().zip(&b.slopes)) {
-                    *out = a.mul_add(da, *b * db);
-                }
+        let slopes = match (&a.slopes, &b.slopes) {
+            (Some(a), Some(b)) => {
+                let (da, db) = (shorter(da), shorter(db));
+                Some(std::array::from_fn(|k| a[k].mul_add(da, b[k] * db)))
             }
-            (true, false) => {
-                for (out, a) in out.slopes.iter_mut().zip(&a.slopes) {
-                    *out = *a * da;
-                }
-            }
-            (false, true) => {
-                for (out, b) in out.slopes.iter_mut().zip(&b.slopes) {
-                    *out = *b * db;
-                }
-            }
-            (false, false) => {}
-        }
-        out
+            (Some(a), None) => Some(times(a, da)),
+            (None, Some(b)) => Some(times(b, db)),
+            (None, None) => None,
+        };
+        LaneDual { value, slopes }
     }
 
     /// The sum, or with a -1 the difference.
     #[inline(never)]
     fn sum(&self, b: &Self, sign: f64) -> Self {
         let sign = Lanes::from(sign);
-        let mut out = LaneDual::from_primal(Lanes(b.value.0.mul_add(sign.0, self.value.0)));
-        out.varies = self.varies || b.varies;
-        if out.varies {
-            let sign = shorter(sign);
-            for (out, (a, b)) in out.slopes.iter_mut().zip(self.slopes.iter().zip(&b.slopes)) {
-                *out = b.mul_add(sign, *a);
-            }
-        }
-        out
+        let value = Lanes(b.value.0.mul_add(sign.0, self.value.0));
+        let slopes = match (&self.slopes, &b.slopes) {
+            (Some(a), Some(b)) => Some(plus(a, b, sign)),
+            (Some(a), None) => Some(*a),
+            (None, Some(b)) => Some(times(b, sign)),
+            (None, None) => None,
+        };
+        LaneDual { value, slopes }
     }
 
     /// The sum with a constant.
     #[inline(never)]
     fn shifted(&self, by: f64) -> Self {
-        let mut out = *self;
-        out.value = out.value + by;
-        out
+        LaneDual {
+            value: self.value + by,
+            slopes: self.slopes,
+        }
     }
 
     /// Adds a multiple of another.
     #[inline(never)]
     fn gain(&mut self, b: &Self, by: Lanes) {
         self.value = Lanes(b.value.0.mul_add(by.0, self.value.0));
-        if b.varies {
-            self.varies = true;
-            let by = shorter(by);
-            for (a, b) in self.slopes.iter_mut().zip(&b.slopes) {
-                *a = b.mul_add(by, *a);
+        if let Some(b) = &b.slopes {
+            match &mut self.slopes {
+                Some(a) => {
+                    let by = shorter(by);
+                    for (a, b) in a.iter_mut().zip(b) {
+                        *a = b.mul_add(by, *a);
+                    }
+                }
+                none => *none = Some(times(b, by)),
             }
         }
     }
+}
+
+/// Slopes times a number.
+#[inline]
+fn times(slopes: &Slopes, by: Lanes) -> Slopes {
+    let by = shorter(by);
+    std::array::from_fn(|k| slopes[k] * by)
+}
+
+/// Slopes and so many times others.
+#[inline]
+fn plus(a: &Slopes, b: &Slopes, by: Lanes) -> Slopes {
+    let by = shorter(by);
+    std::array::from_fn(|k| b[k].mul_add(by, a[k]))
 }
 
 /// Single precision.
@@ -234,8 +232,7 @@ impl Real for LaneDual {
     fn from_primal(value: Lanes) -> Self {
         LaneDual {
             value,
-            varies: false,
-            slopes: [f32x8::ZERO; LaneDual::SLOPES],
+            slopes: None,
         }
     }
     #[inline(never)]
@@ -247,16 +244,19 @@ impl Real for LaneDual {
         if below.none() {
             return no;
         }
-        let mut out = LaneDual::from_primal(Lanes(below.bitselect(yes.value.0, no.value.0)));
-        out.varies = yes.varies || no.varies;
-        if out.varies {
-            let below =
-                shorter(Lanes(below.bitselect(f64x8::ONE, f64x8::ZERO))).simd_gt(f32x8::ZERO);
-            for (out, (yes, no)) in out.slopes.iter_mut().zip(yes.slopes.iter().zip(&no.slopes)) {
-                *out = below.bitselect(*yes, *no);
-            }
+        let value = Lanes(below.bitselect(yes.value.0, no.value.0));
+        if !yes.varies() && !no.varies() {
+            return LaneDual::from_primal(value);
         }
-        out
+        let below = shorter(Lanes(below.bitselect(f64x8::ONE, f64x8::ZERO))).simd_gt(f32x8::ZERO);
+        let (yes, no) = (
+            yes.slopes.unwrap_or_default(),
+            no.slopes.unwrap_or_default(),
+        );
+        LaneDual {
+            value,
+            slopes: Some(std::array::from_fn(|k| below.bitselect(yes[k], no[k]))),
+        }
     }
     #[inline]
     fn scaled(self, by: Lanes) -> Self {
