@@ -23,7 +23,7 @@ impl Sloped {
     pub(crate) fn of_lane(residual: &LaneDual, lane: usize) -> Self {
         Sloped {
             value: residual.primal().lane(lane),
-            slopes: std::array::from_fn(|k| residual.slope(k).lane(lane)),
+            slopes: std::array::from_fn(|k| residual.slope(k, lane)),
         }
     }
 }

@@ -242,7 +242,7 @@ impl RigPredictor {
         p: &[T],
         rows: &[usize],
         raw: impl Fn(usize, Lanes) -> T,
-        of_lane: impl Fn(T, usize) -> A,
+        of_lane: impl Fn(&T, usize) -> A,
     ) -> Result<Vec<Vec<A>>, GapError> {
         let rows: Vec<&Row> = rows.iter().map(|&i| &self.rows[i]).collect();
         let Some(first) = rows.first() else {
@@ -261,7 +261,7 @@ impl RigPredictor {
         let predicted = Self::readings(law, &p, first, &given)?;
         let residual = |(k, f): (usize, &T)| raw(k, side_by_side(&rows, |r| r.values[k])) - *f;
         let residual: Vec<T> = predicted.iter().enumerate().map(residual).collect();
-        let of_row = |lane| residual.iter().map(|&r| of_lane(r, lane)).collect();
+        let of_row = |lane| residual.iter().map(|r| of_lane(r, lane)).collect();
         Ok((0..rows.len()).map(of_row).collect())
     }
 }
@@ -319,7 +319,7 @@ impl Predict for RigPredictor {
             indices,
             |i| self.rows[i].kind(),
             WORTH,
-            |rows| self.together(law, &in_lanes, rows, |_, x| x, Lanes::lane),
+            |rows| self.together(law, &in_lanes, rows, |_, x| x, |r: &Lanes, k| r.lane(k)),
             |i| self.residual(law, p, i, &self.raw(i)),
         )
     }
@@ -333,8 +333,7 @@ impl Predict for RigPredictor {
         _memory: &Memory,
     ) -> Result<Vec<Vec<Sloped>>, GapError> {
         let together = |rows: &[usize]| {
-            let of_lane = |residual: LaneDual, lane| Sloped::of_lane(&residual, lane);
-            self.together(law, p, rows, |k, x| varying(k, x, varied), of_lane)
+            self.together(law, p, rows, |k, x| varying(k, x, varied), Sloped::of_lane)
         };
         let kind = |i: usize| self.rows[i].kind();
         in_groups(indices, kind, 1, together, |i| Ok(together(&[i])?.concat()))

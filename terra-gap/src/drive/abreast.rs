@@ -54,7 +54,7 @@ pub(super) fn residuals(
         |i| Kind::of(predictor, &predictor.windows[i]),
         WORTH,
         |windows| {
-            let of_lane = Lanes::lane;
+            let of_lane = |residual: &Lanes, lane| residual.lane(lane);
             together(
                 predictor,
                 law,
@@ -82,9 +82,8 @@ pub(super) fn slopes(
     memory: &Memory,
 ) -> Result<Vec<Vec<Sloped>>, GapError> {
     let together = |windows: &[usize]| {
-        let of_lane = |residual: LaneDual, lane| Sloped::of_lane(&residual, lane);
         let raw = |k, x| varying(k, x, varied);
-        together(predictor, law, p, windows, raw, of_lane, memory)
+        together(predictor, law, p, windows, raw, Sloped::of_lane, memory)
     };
     memory.end(in_groups(
         indices,
@@ -120,7 +119,7 @@ fn together<T: Scalar<Primal = Lanes>, A>(
     p: &[T],
     windows: &[usize],
     raw: impl Fn(usize, Lanes) -> T,
-    of_lane: impl Fn(T, usize) -> A,
+    of_lane: impl Fn(&T, usize) -> A,
     memory: &Memory,
 ) -> Result<Vec<Vec<A>>, GapError> {
     let indices = windows;
@@ -148,7 +147,7 @@ fn together<T: Scalar<Primal = Lanes>, A>(
     let residual: [T; VALUES] = std::array::from_fn(|k| raw[k] - predicted[k]);
     let of_window = |(lane, window): (usize, &&Window)| {
         let each = window.measured.iter();
-        each.map(|&k| of_lane(residual[k], lane)).collect()
+        each.map(|&k| of_lane(&residual[k], lane)).collect()
     };
     Ok(windows.iter().enumerate().map(of_window).collect())
 }
