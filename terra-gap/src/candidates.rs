@@ -35,10 +35,7 @@ impl Candidates {
             let mut same = self.effects.iter().filter(of).peekable();
             same.peek().is_some() && same.all(|e| e.form() != form.form())
         };
-        let library = Registry::empty().with_forms();
-        let forms = library.effects().iter().filter(|form| asked(&***form));
-        let stands = |form: &&Arc<dyn AnyEffect>| law.with_effects([Arc::clone(*form)]).is_ok();
-        forms.filter(stands).map(Arc::clone).collect()
+        forms_in(law, asked)
     }
 
     /// Whether this is the form in which an effect is asked first.
@@ -78,7 +75,8 @@ pub(crate) fn gate(
         }
         let mut asked: Vec<Arc<dyn AnyEffect>> = vec![Arc::clone(effect)];
         if kind == LogKind::Drive && law.with_effects([Arc::clone(effect)]).is_err() {
-            let forms = forms_in(law, name);
+            // A law without a shear stress has no hump of it, but it may have a strength.
+            let forms = forms_in(law, |form| form.name() == name);
             if !forms.is_empty() {
                 asked = forms;
             }
@@ -93,11 +91,10 @@ pub(crate) fn gate(
     Ok(out)
 }
 
-/// The library's other forms of an effect that can stand in a law although its own formula cannot: a law without a shear stress
-/// has no hump of it, but it may have a strength.
-fn forms_in(law: &Law, name: &str) -> Vec<Arc<dyn AnyEffect>> {
+/// The library's other forms that can stand in a law, of those that are `asked`.
+fn forms_in(law: &Law, asked: impl Fn(&dyn AnyEffect) -> bool) -> Vec<Arc<dyn AnyEffect>> {
     let library = Registry::empty().with_forms();
-    let forms = library.effects().iter().filter(|form| form.name() == name);
+    let forms = library.effects().iter().filter(|form| asked(&***form));
     let stands = |form: &&Arc<dyn AnyEffect>| law.with_effects([Arc::clone(*form)]).is_ok();
     forms.filter(stands).map(Arc::clone).collect()
 }

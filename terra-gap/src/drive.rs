@@ -17,6 +17,7 @@
 
 mod abreast;
 mod ahead;
+mod cells;
 mod choice;
 mod held;
 mod own_noise;
@@ -24,12 +25,11 @@ mod read;
 mod stream;
 mod window;
 
+pub(crate) use cells::{Line, declared, line};
 pub use read::DriveWindows;
 pub(crate) use read::{all_windows, from_log, from_logs};
 pub(crate) use stream::{Slot, Stream};
-pub(crate) use window::{
-    BENT, Line, Reader, SERIES, Taken, bends, channels, declared, line, short_scatter, usual,
-};
+pub(crate) use window::{BENT, Reader, SERIES, Taken, bends, channels, short_scatter, usual};
 
 use std::ops::Range;
 use std::sync::Arc;

@@ -23,6 +23,8 @@ pub(crate) const FAR: f64 = 2.0;
 /// How often the inputs are moved at most to where they most probably were, and the prior sd by which a fit then still stands.
 const CENTRINGS: usize = 6;
 const STILL: f64 = 0.02;
+/// Nats by which the data may be less likely where noise and inputs are taken anew: beyond, these were taken at a wrong place.
+pub(crate) const WORSE: f64 = 20.0;
 
 /// The nominal model re-fitted.
 pub(crate) struct Refit {
@@ -153,6 +155,8 @@ fn settle(
         }
         Ok::<_, GapError>(noise)
     };
+    // Of the data, its noise's own density included.
+    let says = |f: &Fit| -0.5 * (f.cost + f.log_det);
     let mut fitted = fit(data, predictor, &noise, &starts)?;
     let n = data.len() as f64;
     for _ in 0..2 {
@@ -167,8 +171,7 @@ fn settle(
         };
         let far = setup.kind == LogKind::Drive && fitted.chi2() > FAR * n;
         // Unless it is its own noise that brings it near, and explains the data the better.
-        let explains = |f: &Fit| -f.cost - f.log_det;
-        if !far || (with_own.chi2() < NEAR * n && explains(&with_own) > explains(&fitted)) {
+        if !far || (with_own.chi2() < NEAR * n && says(&with_own) > says(&fitted)) {
             (noise, fitted) = (own, with_own);
         } else {
             noise = with_roughness(data, predictor, &centre, &x)?;
@@ -182,13 +185,20 @@ fn settle(
         }
         let before = fitted.x.clone();
         let x = before.as_slice();
-        now = match recentre(data, (predictor, &*now), null, x, &noise) {
+        let where_they_were = data.clone();
+        let moved = match recentre(data, (predictor, &*now), null, x, &noise) {
             Ok(moved) => moved.take(data),
             Err(GapError::Model(_)) => break,
             Err(e) => return Err(e),
         };
-        noise = with_roughness(data, &*now, x, x)?;
-        fitted = fit(data, &*now, &noise, &[x.to_vec()])?;
+        let own = with_roughness(data, &*moved, x, x)?;
+        let next = fit(data, &*moved, &own, &[x.to_vec()])?;
+        if says(&next) < says(&fitted) - WORSE {
+            // Too far for the tangents, which do not come back.
+            *data = where_they_were;
+            break;
+        }
+        (now, noise, fitted) = (moved, own, next);
         if (&fitted.x - before).amax() < STILL {
             break;
         }

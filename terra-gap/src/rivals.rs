@@ -123,8 +123,10 @@ pub(crate) fn weigh_rivals(
         let all = found.iter().flat_map(|(_, w)| w);
         let best = all.max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence));
         // Where it takes another formula to come near, noise and inputs are taken there too.
-        if let Some(best) = best.filter(|b| misfits && is_free(b) && round.is_bettered(b)) {
-            round = round.renewed(best, data, &common, &fitted, &mut predictor, true)?;
+        if let Some(best) = best.filter(|b| misfits && is_free(b) && round.is_bettered(b))
+            && let Some(next) = round.renewed(best, data, &common, &fitted, &mut predictor, true)?
+        {
+            round = next;
             (found, _) = reshape(data, &*predictor, setup, &null, &round, Some(&asked));
         }
         reshaped = Some(found);
@@ -207,7 +209,7 @@ fn reshape(
     let unknown = log_unknown(data, setup.kind, &round.plain, nominal, &alone, pairs);
     let rival = pairs.iter().map(|w| w.log_evidence).fold(unknown, f64::max);
     let mut singles = round.singles.clone();
-    let effects = (round.screen.as_slice(), round.asked());
+    let effects = (round.screen.as_slice(), round.asked.as_slice());
     let asked = ask_again(
         &ground,
         effects,

@@ -17,7 +17,7 @@ use crate::forms::{EFFECT, MANOEUVRES};
 use crate::hypothesis::Hypothesis;
 use crate::latent::{Moved, recentre};
 use crate::noise::{NoiseModel, Whitener};
-use crate::null::FAR;
+use crate::null::{FAR, WORSE};
 use crate::pairs::confirm_pairs;
 use crate::predictor::{AnyPredictor, Predictor};
 use crate::renewal::{Before, hopeless};
@@ -45,13 +45,15 @@ const RENEWALS: usize = 2;
 
 /// What was weighed under one noise.
 pub(crate) struct Round {
-    /// Who was asked.
+    /// Who is asked, with or without a trace.
     candidates: Candidates,
     pub noise: NoiseModel,
     pub plain: Whitener,
     pub levels: Amplitudes,
     pub null_weighed: Weighed,
     pub screen: Vec<Screened>,
+    /// The effect of each row of the screen.
+    pub asked: Asked,
     pub singles: Vec<(usize, Vec<Weighed>)>,
     pub pairs: Vec<Weighed>,
     /// Second causes that may stand unseen beside one.
@@ -101,7 +103,12 @@ pub(crate) fn settle(
             break;
         };
         let last = renewal == RENEWALS;
-        round = round.renewed(better, data, common, fitted, &mut now, last)?;
+        let Some(next) = round.renewed(better, data, common, fitted, &mut now, last)? else {
+            // Its pairs waited for the next.
+            round.weigh_pairs(data, &common.by(&*now), None, false);
+            break;
+        };
+        round = next;
     }
     let forms = round.other_forms(data, common);
     if !forms.is_empty() {
@@ -114,16 +121,39 @@ pub(crate) fn settle(
         if round.better(kind).filter(another).is_none() {
             round.pair_up(data, &common.by(&*now));
         }
-        if let Some(better) = round.better(kind).filter(another) {
-            round = round.renewed(better, data, common, fitted, &mut now, true)?;
+        if let Some(better) = round.better(kind).filter(another)
+            && let Some(next) = round.renewed(better, data, common, fitted, &mut now, true)?
+        {
+            round = next;
         }
     }
     Ok((round, now))
 }
 
 impl Round {
-    /// The next round: noise and inputs as a better explanation has them.
+    /// The next round: noise and inputs as a better explanation has them. None, and all as it was, where the best of that
+    /// round says [`WORSE`] of the data: they were taken at a wrong one.
     pub(crate) fn renewed(
+        &self,
+        best: &Weighed,
+        data: &mut DataSet,
+        common: &Common<'_, '_>,
+        fitted: &Fit,
+        now: &mut AnyPredictor,
+        last: bool,
+    ) -> Result<Option<Self>, GapError> {
+        let (before, inputs) = (data.clone(), now.clone());
+        let next = self.next(best, data, common, fitted, now, last)?;
+        // What is said of the same data, their noise's own density included.
+        let says = |round: &Round| round.best().map_or(f64::NEG_INFINITY, |w| w.log_evidence);
+        if says(&next) < says(self) - WORSE {
+            (*data, *now) = (before, inputs);
+            return Ok(None);
+        }
+        Ok(Some(next))
+    }
+
+    fn next(
         &self,
         best: &Weighed,
         data: &mut DataSet,
@@ -218,6 +248,7 @@ impl Round {
         singles.retain(|(_, w)| w.iter().any(|w| w.fitted));
         singles.iter_mut().for_each(|(k, _)| *k += from);
         self.screen.extend(screen);
+        self.asked.extend(asked);
         self.singles.extend(singles);
         self.candidates.effects.extend(forms);
     }
@@ -234,7 +265,7 @@ impl Round {
         let own = |k: usize| {
             (
                 &self.screen[k].name,
-                common.candidates.is_first(&*self.asked()[k]),
+                common.candidates.is_first(&*self.asked[k]),
             )
         };
         let (name, first) = own(best.0);
@@ -245,7 +276,6 @@ impl Round {
         if common.settings.combine < 2 || first || evidence(&best.1) < before + RENEW_FROM {
             return;
         }
-        let asked: Asked = self.asked().to_vec();
         let (pairs, beside) = confirm_pairs(
             data,
             common.predictor,
@@ -254,7 +284,7 @@ impl Round {
             &self.null_weighed,
             &[],
             std::slice::from_ref(best),
-            &asked,
+            &self.asked,
             &self.plain,
             common.setup.kind,
             common.setup.inherited.is_some(),
@@ -351,6 +381,7 @@ impl Round {
             levels,
             null_weighed,
             screen,
+            asked,
             singles,
             pairs: vec![],
             beside: vec![],
@@ -364,32 +395,38 @@ impl Round {
         let far = |w: &Weighed| w.chi2_per_value() > PAIRS_FROM;
         if settings.combine >= 2 && (last || renewed.is_none_or(far)) {
             let roughly = !last && renewed.is_some();
-            let mut anew = std::mem::take(&mut round.anew);
-            (round.pairs, round.beside) = confirm_pairs(
-                data,
-                predictor,
-                null,
-                &round.levels,
-                &round.null_weighed,
-                &round.screen,
-                &round.singles,
-                &asked,
-                &round.plain,
-                setup.kind,
-                setup.inherited.is_some(),
-                before,
-                roughly,
-                &mut anew,
-            );
-            round.anew = anew;
+            round.weigh_pairs(data, common, before, roughly);
             round.base = round.evidence_of(at);
         }
         Ok(round)
     }
 
-    /// The effects that were asked, in all their forms.
-    pub(crate) fn asked(&self) -> &[Arc<dyn AnyEffect>] {
-        &self.candidates.effects
+    /// Weighs effects by two. `roughly`: only the way to the next noise is asked for.
+    fn weigh_pairs(
+        &mut self,
+        data: &DataSet,
+        common: &Common<'_, '_>,
+        before: Option<Before<'_>>,
+        roughly: bool,
+    ) {
+        let mut anew = std::mem::take(&mut self.anew);
+        (self.pairs, self.beside) = confirm_pairs(
+            data,
+            common.predictor,
+            common.null,
+            &self.levels,
+            &self.null_weighed,
+            &self.screen,
+            &self.singles,
+            &self.asked,
+            &self.plain,
+            common.setup.kind,
+            common.setup.inherited.is_some(),
+            before,
+            roughly,
+            &mut anew,
+        );
+        self.anew = anew;
     }
 
     pub(crate) fn all(&self) -> impl Iterator<Item = &Weighed> {

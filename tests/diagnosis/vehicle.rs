@@ -111,7 +111,13 @@ fn the_right_cause_is_named_by_another_formula() {
 
 /// The example's drive with an effect in another form, on a soil given by k_phi, n, cohesion, friction angle, K, c1, c2.
 fn diagnosed_in(name: &str, form: &str, magnitude: f64, soil: [f64; 7]) -> Diagnosis {
+    diagnosed_by(1, name, form, magnitude, soil)
+}
+
+/// The same by other noise.
+fn diagnosed_by(seed: u64, name: &str, form: &str, magnitude: f64, soil: [f64; 7]) -> Diagnosis {
     let (rover, registry, mut scenario) = example();
+    scenario.seed = seed;
     let names = [
         "k_phi",
         "sinkage_exponent",
@@ -207,6 +213,21 @@ fn a_late_ground_speed_is_named_and_measured() {
         let found: f64 = h.parameters(fit.x.as_slice()).pop().unwrap();
         assert!((found - late).abs() < off, "{form} {found}");
     }
+}
+
+/// Soil that piles up, on ground so firm that the slips' noise is most of what is seen. Where the inputs most probably were, and what
+/// the noise then is, did not settle: each taken by the other's last, the misfit went up and down by half, and nothing followed
+/// the drive from where it stood in the end.
+#[test]
+fn inputs_stay_where_the_data_are_likelier() {
+    let soil = [
+        1.52224e6, 1.26999, 1035.76, 0.537217, 0.0115474, 0.494967, 0.431912,
+    ];
+    let d = diagnosed_by(13, "bulldozing", "default", 0.327291, soil);
+    let found = (d.verdict, d.causes[0].name.as_str());
+    assert_eq!(found, ("named", "bulldozing"), "{:?}", d.set);
+    let refitted = d.waterfall.refitted.unwrap();
+    assert!((0.8..1.1).contains(&refitted), "{refitted}");
 }
 
 /// Causes by another form that the library has too. By its first form lugs that push a wedge of soil look like a tyre that

@@ -217,7 +217,7 @@ pub(super) fn raise(taken: &mut [Taken], rough: bool) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::drive::window::line;
+    use crate::drive::line;
     use chacha20::ChaCha8Rng;
     use chacha20::rand_core::SeedableRng;
     use rand_distr::{Distribution, StandardNormal};
