@@ -132,7 +132,7 @@ pub(crate) fn settle(
 
 impl Round {
     /// The next round: noise and inputs as a better explanation has them. None, and all as it was, where the best of that
-    /// round says [`WORSE`] of the data: they were taken at a wrong one.
+    /// round says less of the data by more than [`WORSE`]: they were taken at a wrong one.
     pub(crate) fn renewed(
         &self,
         best: &Weighed,
@@ -319,9 +319,9 @@ impl Round {
         let Common {
             predictor,
             setup,
-            settings,
             candidates,
             null,
+            ..
         } = *common;
         let plain = noise.whitener(data)?;
         let levels = Amplitudes::new(&noise, data, setup.kind)?;
@@ -393,7 +393,7 @@ impl Round {
         let last = previous.is_some_and(|p| p.1);
         let renewed = round.better(setup.kind);
         let far = |w: &Weighed| w.chi2_per_value() > PAIRS_FROM;
-        if settings.combine >= 2 && (last || renewed.is_none_or(far)) {
+        if last || renewed.is_none_or(far) {
             let roughly = !last && renewed.is_some();
             round.weigh_pairs(data, common, before, roughly);
             round.base = round.evidence_of(at);
@@ -401,7 +401,7 @@ impl Round {
         Ok(round)
     }
 
-    /// Weighs effects by two. `roughly`: only the way to the next noise is asked for.
+    /// Weighs effects by two, where they may combine. `roughly`: only the way to the next noise is asked for.
     fn weigh_pairs(
         &mut self,
         data: &DataSet,
@@ -409,6 +409,9 @@ impl Round {
         before: Option<Before<'_>>,
         roughly: bool,
     ) {
+        if common.settings.combine < 2 {
+            return;
+        }
         let mut anew = std::mem::take(&mut self.anew);
         (self.pairs, self.beside) = confirm_pairs(
             data,
