@@ -60,10 +60,9 @@ impl Case {
     }
 }
 
-/// Temperatures that are tried: powers of the highest in sixtieths, from one half on. Below one evidence says too little, as where its
-/// noise is taken larger than it is.
+/// The lowest is 1: on sealed logs evidence says a little less than it could, and on a log whose noise is not as stated that is what
+/// keeps a null from being named.
 const HIGHEST_TEMPERATURE: f64 = 30.0;
-const TEMPERATURES: std::ops::RangeInclusive<i32> = -12..=60;
 /// Floors that are tried.
 const FLOORS: [f64; 9] = [0.0, 0.005, 0.01, 0.02, 0.03, 0.05, 0.08, 0.12, 0.2];
 /// Doubts that are tried.
@@ -134,12 +133,13 @@ impl Calibration {
 
     /// Temperature, floor and doubt of pairs of the least loss, on a grid: it is smooth and its minimum broad.
     fn learn_doubts(&mut self, cases: &[&Case]) {
+        let steps = 60;
         let mut best = f64::INFINITY;
         for (floor, pair_doubt) in FLOORS.iter().flat_map(|f| DOUBTS.map(|d| (*f, d))) {
-            for k in TEMPERATURES {
+            for k in 0..=steps {
                 let mut trial = self.clone();
                 (trial.floor, trial.pair_doubt) = (floor, pair_doubt);
-                trial.temperature = HIGHEST_TEMPERATURE.powf(f64::from(k) / 60.0);
+                trial.temperature = HIGHEST_TEMPERATURE.powf(f64::from(k) / f64::from(steps));
                 let loss = trial.loss(cases);
                 if loss < best {
                     (best, *self) = (loss, trial);
@@ -242,24 +242,6 @@ mod tests {
             Calibration::learn(&nothing, &start(), String::new()).cases,
             0
         );
-    }
-
-    /// Evidence of one nat that is right seventeen times in twenty: it says too little.
-    #[test]
-    fn evidence_that_says_too_little_is_raised() {
-        let half = 0.5f64.ln();
-        let cases: Vec<Case> = (0..100)
-            .map(|k| Case {
-                truth: usize::from(k % 20 < 3),
-                causes: 2,
-                weights: vec![single(half, 1.0), single(half, 0.0)],
-                another_form: false,
-            })
-            .collect();
-        let learned = Calibration::learn(&cases, &start(), "test".to_owned());
-        let p = learned.probabilities(&cases[0].weights);
-        assert!(learned.temperature < 1.0, "{learned:?}");
-        assert!((p[0] - 0.85).abs() < 0.02, "{learned:?} {p:?}");
     }
 
     /// Evidence of a hundred nats that is wrong once in ten: no temperature mends that, the floor does.
