@@ -143,25 +143,6 @@ impl Round {
         last: bool,
     ) -> Result<Option<Self>, GapError> {
         let (before, inputs) = (data.clone(), now.clone());
-        let next = self.next(best, data, common, fitted, now, last)?;
-        // What is said of the same data, their noise's own density included.
-        let says = |round: &Round| round.best().map_or(f64::NEG_INFINITY, |w| w.log_evidence);
-        if says(&next) < says(self) - WORSE {
-            (*data, *now) = (before, inputs);
-            return Ok(None);
-        }
-        Ok(Some(next))
-    }
-
-    fn next(
-        &self,
-        best: &Weighed,
-        data: &mut DataSet,
-        common: &Common<'_, '_>,
-        fitted: &Fit,
-        now: &mut AnyPredictor,
-        last: bool,
-    ) -> Result<Self, GapError> {
         let (h, x) = (best.hypothesis.clone(), best.plain.x.clone());
         let x = x.as_slice();
         if best.plain.chi2() <= FAR * data.len() as f64 {
@@ -189,7 +170,14 @@ impl Round {
             candidates: &self.candidates,
             ..common.by(&**now)
         };
-        Round::new(data, &common, fitted, noise, &at, Some((self, last)))
+        let next = Round::new(data, &common, fitted, noise, &at, Some((self, last)))?;
+        // What is said of the same data, their noise's own density included.
+        let says = |round: &Round| round.best().map_or(f64::NEG_INFINITY, |w| w.log_evidence);
+        if says(&next) < says(self) - WORSE {
+            (*data, *now) = (before, inputs);
+            return Ok(None);
+        }
+        Ok(Some(next))
     }
 
     /// The library's other forms to be asked: where something is missing from a rich drive, those of all effects, or of those in
