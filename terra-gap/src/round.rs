@@ -104,8 +104,10 @@ pub(crate) fn settle(
         };
         let last = renewal == RENEWALS;
         let Some(next) = round.renewed(better, data, common, fitted, &mut now, last)? else {
-            // Its pairs waited for the next.
-            round.weigh_pairs(data, &common.by(&*now), None, false);
+            // Its pairs waited for the next, or were led only so far.
+            let led = Before(&round);
+            let weighed = round.pairs_of(data, &common.by(&*now), Some(led), false);
+            round.take_pairs(weighed);
             break;
         };
         round = next;
@@ -383,25 +385,27 @@ impl Round {
         let far = |w: &Weighed| w.chi2_per_value() > PAIRS_FROM;
         if last || renewed.is_none_or(far) {
             let roughly = !last && renewed.is_some();
-            round.weigh_pairs(data, common, before, roughly);
+            let weighed = round.pairs_of(data, common, before, roughly);
+            round.take_pairs(weighed);
             round.base = round.evidence_of(at);
         }
         Ok(round)
     }
 
-    /// Weighs effects by two, where they may combine. `roughly`: only the way to the next noise is asked for.
-    fn weigh_pairs(
-        &mut self,
+    /// Effects by two, where they may combine, what may stand unseen beside one, and who was fitted anew by now. `roughly`:
+    /// only the way to the next noise is asked for.
+    fn pairs_of(
+        &self,
         data: &DataSet,
         common: &Common<'_, '_>,
         before: Option<Before<'_>>,
         roughly: bool,
-    ) {
+    ) -> (Vec<Weighed>, Vec<Beside>, Vec<String>) {
+        let mut anew = self.anew.clone();
         if common.settings.combine < 2 {
-            return;
+            return (vec![], vec![], anew);
         }
-        let mut anew = std::mem::take(&mut self.anew);
-        (self.pairs, self.beside) = confirm_pairs(
+        let (pairs, beside) = confirm_pairs(
             data,
             common.predictor,
             common.null,
@@ -417,7 +421,11 @@ impl Round {
             roughly,
             &mut anew,
         );
-        self.anew = anew;
+        (pairs, beside, anew)
+    }
+
+    fn take_pairs(&mut self, weighed: (Vec<Weighed>, Vec<Beside>, Vec<String>)) {
+        (self.pairs, self.beside, self.anew) = weighed;
     }
 
     pub(crate) fn all(&self) -> impl Iterator<Item = &Weighed> {
