@@ -74,6 +74,7 @@ pub(crate) fn calibrate(
         temperature: own.temperature.max(frozen.temperature),
         floor: own.floor.max(frozen.floor),
         set_ratio: own.set_ratio.min(frozen.set_ratio),
+        none_gain: own.none_gain.min(frozen.none_gain),
         null_gain: own.null_gain.max(frozen.null_gain),
         second_gain: own.second_gain.max(frozen.second_gain),
         ..own

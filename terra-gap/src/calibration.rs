@@ -12,7 +12,9 @@
 //! probability, and the cause has the rest. An explanation that itself misfits by more than is adequate keeps little: the
 //! rest of its probability is unknown's. A second cause needs a gain γ over the best single one: chosen among hundreds of
 //! pairs, it gains by chance. One that gains less may still be there unseen: a share ρ of the first one's probability goes to
-//! such pairs, by what they say.
+//! such pairs, by what they say. Thirty effects that a log neither shows nor rules out take from "none" together, each a little,
+//! but one that is there mostly shows: none has η nats beside its evidence, which is never more than what evidence says too little
+//! of it.
 //!
 //! # Reference
 //! C. Guo et al., ICML 2017 (temperature).
@@ -53,6 +55,9 @@ pub struct Calibration {
     pub misfit_doubt: f64,
     /// r: the set holds every answer of which evidence says at least this many times as much as of the best one.
     pub set_ratio: f64,
+    /// η \[nats\], at least zero: how much likelier than by its evidence it is that nothing is missing.
+    #[serde(default)]
+    pub none_gain: f64,
     /// Gain \[nats\] that the best effect stays below on 95 % of logs without any.
     pub null_gain: f64,
     /// γ \[nats\]: what a second cause must add to the best one alone.
@@ -222,7 +227,7 @@ impl Calibration {
     /// What evidence says where it says something: the same without the floor.
     pub(crate) fn said(&self, weights: &[Weight]) -> Vec<f64> {
         let bar = self.bar(weights);
-        let logs: Vec<f64> = weights
+        let mut logs: Vec<f64> = weights
             .iter()
             .map(|w| {
                 if w.behind.is_some() || (w.second && w.gain <= bar) {
@@ -232,6 +237,10 @@ impl Calibration {
                 }
             })
             .collect();
+        // None is the last answer but one.
+        if let [.., none, _] = &mut logs[..] {
+            *none += self.none_gain;
+        }
         let total = log_sum_exp(logs.iter().copied());
         let mut said: Vec<f64> = logs.iter().map(|l| (l - total).exp()).collect();
         for (k, w) in weights.iter().enumerate() {
@@ -314,6 +323,7 @@ mod tests {
             form_tolerance: 0.0,
             misfit_doubt: 0.0,
             set_ratio: 0.05,
+            none_gain: 0.0,
             null_gain: 3.0,
             second_gain: 3.0,
             unseen_second: 0.0,

@@ -1,7 +1,7 @@
 //! How a calibration is learned from cases whose truth was known.
 //!
 //! # Equation
-//! T, ε, δ, γ and ρ minimise Σ -ln P(truth), γ and ρ only where cases with two causes say what they cost, else γ is the 95 %
+//! T, ε, δ, η, γ and ρ minimise Σ -ln P(truth), γ and ρ only where cases with two causes say what they cost, else γ is the 95 %
 //! quantile of what needless ones gained. The set holds all answers k with p_k >= r max p, p being P without the floor: r is
 //! the largest that kept the truth in 90 % of the cases, between 1/20 and 1/5; a name needs a gain above the 95 % quantile of
 //! what the best effect gained on cases without any.
@@ -69,6 +69,8 @@ const FLOORS: [f64; 9] = [0.0, 0.005, 0.01, 0.02, 0.03, 0.05, 0.08, 0.12, 0.2];
 const DOUBTS: [f64; 10] = [0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9];
 /// Shares for what stands unseen beside one cause that are tried.
 const UNSEEN: [f64; 9] = [0.0, 0.01, 0.02, 0.03, 0.05, 0.08, 0.12, 0.2, 0.3];
+/// Gains \[nats\] of none that are tried: up to the last, in steps of a tenth. A log without a cause must not be talked into one.
+const NONE_GAINS: u32 = 20;
 /// Gains \[nats\] of a second cause that are tried: up to the last, in steps of one half.
 const SECOND_GAINS: u32 = 40;
 /// Loss \[nats\] over all cases by which two such gains are as good as each other.
@@ -101,6 +103,7 @@ impl Calibration {
             out.second_gain = gain.max(0.0);
         }
         out.learn_doubts(&cases);
+        out.learn_none_gain(&cases);
         let pairs = cases.iter().filter(|c| c.weights[c.truth].second);
         if pairs.count() >= ENOUGH_PAIRS {
             // What a second cause that falls short still has changes what it must gain.
@@ -108,6 +111,7 @@ impl Calibration {
                 out.learn_second_gain(&cases);
                 out.learn_unseen(&cases);
                 out.learn_doubts(&cases);
+                out.learn_none_gain(&cases);
             }
         }
         let odds: Vec<f64> = cases.iter().map(|c| out.odds_of_best(c)).collect();
@@ -168,15 +172,33 @@ impl Calibration {
         }
     }
 
+    /// Gain of none of the least loss.
+    fn learn_none_gain(&mut self, cases: &[&Case]) {
+        let gains = (0..=NONE_GAINS).map(|k| 0.1 * f64::from(k));
+        self.take_best(gains, cases, |c, gain| c.none_gain = gain);
+    }
+
     /// Share for what stands unseen beside one cause of the least loss.
     fn learn_unseen(&mut self, cases: &[&Case]) {
-        let trials = UNSEEN.map(|unseen_second| Calibration {
-            unseen_second,
-            ..self.clone()
+        self.take_best(UNSEEN.into_iter(), cases, |c, share| {
+            c.unseen_second = share
         });
-        let losses = trials.into_iter().map(|c| (c.loss(cases), c));
+    }
+
+    /// Sets one of its numbers to the value of the least loss.
+    fn take_best(
+        &mut self,
+        values: impl Iterator<Item = f64>,
+        cases: &[&Case],
+        set: impl Fn(&mut Calibration, f64),
+    ) {
+        let losses = values.map(|value| {
+            let mut trial = self.clone();
+            set(&mut trial, value);
+            (trial.loss(cases), value)
+        });
         if let Some((_, best)) = losses.min_by(|a, b| a.0.total_cmp(&b.0)) {
-            *self = best;
+            set(self, best);
         }
     }
 
@@ -345,6 +367,34 @@ mod tests {
             Calibration::learn(&alone, &start(), String::new()).unseen_second,
             0.0
         );
+    }
+
+    /// Evidence leaves one part in three to twenty effects that hardly show, and is that of none nine times out of ten: their part
+    /// becomes a tenth. Where it is none half of the time nothing is taken from none.
+    #[test]
+    fn what_hardly_shows_takes_no_more_from_none_than_it_is_there() {
+        let weights = || {
+            let third = (1.0f64 / 3.0).ln();
+            let mut all = vec![single(third - 20f64.ln(), 0.0); 20];
+            all.extend([single(third + 2f64.ln(), 0.0), single(-30.0, 0.0)]);
+            all
+        };
+        let learned = |effects: usize| {
+            let cases: Vec<Case> = (0..400)
+                .map(|k| Case {
+                    truth: if k % 20 < effects { k / 20 } else { 20 },
+                    causes: 20,
+                    weights: weights(),
+                    another_form: false,
+                })
+                .collect();
+            Calibration::learn(&cases, &start(), "test".to_owned())
+        };
+        let seldom = learned(2);
+        let p = seldom.probabilities(&weights());
+        assert!((p[20] - 0.9).abs() < 0.01, "{seldom:?} {p:?}");
+        assert!((p[0] - p[19]).abs() < 1e-12 && (p[0] - 0.005).abs() < 5e-4);
+        assert_eq!(learned(10).none_gain, 0.0);
     }
 
     /// Pairs that are right half of the time and otherwise something unknown, in as strong a voice: half of their probability
