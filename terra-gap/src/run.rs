@@ -287,7 +287,7 @@ pub(crate) fn setup<'a>(
             let soil = soil_of(&other, rover, labels).ok()?;
             Some(Rival {
                 name: format!("structure:{}", m.name()),
-                law: other,
+                law: other.quick(),
                 soil: Arc::new(soil),
             })
         })

@@ -1,10 +1,9 @@
 //! What every wheel of the slots shares: the soil under it and the forces that come out.
 
-use super::NODES;
+use super::pieces::PowerRule;
 use super::pieces::{Node, Pieces};
 use super::pressure::{Layer, Pressure};
 use super::shear::Strength;
-use crate::quadrature::lifted_power_weights;
 use crate::real::{Real, Root};
 
 /// Forces of the ground for one entry angle: N, N m.
@@ -42,7 +41,7 @@ pub(super) struct Soil<T> {
     pub(super) pressure: Pressure<T>,
     pub(super) layers: [Option<Layer<T>>; 2],
     pub(super) strength: Strength<T>,
-    weights: [T; NODES],
+    rule: PowerRule<T>,
 }
 
 impl<T: Real> Soil<T> {
@@ -50,9 +49,10 @@ impl<T: Real> Soil<T> {
         pressure: Pressure<T>,
         layers: [Option<Layer<T>>; 2],
         strength: Strength<T>,
+        quick: bool,
     ) -> Self {
         Soil {
-            weights: lifted_power_weights(pressure.exponent()),
+            rule: PowerRule::new(pressure.exponent(), quick),
             pressure,
             layers,
             strength,
@@ -64,7 +64,7 @@ impl<T: Real> Soil<T> {
             pressure: self.pressure.map(f),
             layers: self.layers.map(|l| l.map(|l| l.map(f))),
             strength: self.strength.map(f),
-            weights: self.weights.map(f),
+            rule: self.rule.map(f),
         }
     }
 
@@ -111,7 +111,7 @@ impl<T: Real> Soil<T> {
         T: Real,
     {
         let m = self.pressure.exponent();
-        pieces.each_node(m, &self.weights, |node: Node<T>| {
+        pieces.each_node(m, &self.rule, |node: Node<T>| {
             let base = depth_base(node.u);
             let (u, depth) = (node.u, base * node.u);
             let stress = if node.over_power {

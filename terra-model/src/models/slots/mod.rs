@@ -50,6 +50,8 @@ use wheel::{Wheel, WheelKind};
 
 /// Nodes a piece: as many as the plain wheel has, 1e-11 for the power law.
 const NODES: usize = 16;
+/// The same for fits: 1e-4 of the forces, 2e-3 where a shear law peaks within a piece.
+const QUICK_NODES: usize = 5;
 
 /// One combination of slots. All of them are listed once, so that names and parameters live as long as the program.
 struct Combination {
@@ -141,7 +143,11 @@ fn senseless(wheel: WheelKind, shear: ShearKind) -> Option<&'static str> {
 
 /// A wheel put together from slots.
 #[derive(Clone, Copy)]
-pub(crate) struct Composed(&'static Combination);
+pub(crate) struct Composed {
+    of: &'static Combination,
+    /// By a short rule in lanes; one contact is as exact as ever.
+    quick: bool,
+}
 
 /// The wheels of the slots that are presets of their own, with their default laws.
 pub(crate) fn presets() -> impl Iterator<Item = Composed> {
@@ -160,7 +166,7 @@ fn find(wheel: WheelKind, pressure: PressureKind, shear: ShearKind) -> Option<Co
     combinations()
         .iter()
         .find(|c| (c.wheel, c.pressure, c.shear) == (wheel, pressure, shear))
-        .map(Composed)
+        .map(Composed::exact)
 }
 
 /// The item of that name.
@@ -247,13 +253,17 @@ pub(crate) fn by_name(name: &str, registered: &[&'static str]) -> Result<Compose
 }
 
 impl Composed {
+    fn exact(of: &'static Combination) -> Self {
+        Composed { of, quick: false }
+    }
+
     /// This model, shared.
     pub(crate) fn shared(self) -> Arc<dyn AnyModel> {
         Arc::new(self)
     }
 
     fn values<'a, T>(&self, p: &'a [T]) -> Result<Values<'a, T>, ModelError> {
-        let c = self.0;
+        let c = self.of;
         if p.len() != c.params.len() {
             return Err(ModelError::ParameterCount {
                 model: c.name.clone(),
@@ -270,7 +280,7 @@ impl Composed {
 
     fn wheel<T: Real>(&self, p: &[T], at: &Contact<T>) -> Result<Wheel<T>, ModelError> {
         checks::contact(at)?;
-        let c = self.0;
+        let c = self.of;
         let values = self.values(p)?;
         let strength = c.shear.read(&values, at)?;
         let (law, own_layer) = c.pressure.read(&values, at)?;
@@ -283,7 +293,9 @@ impl Composed {
             depth: hooks.layer_depth,
             stiffness: hooks.layer_stiffness,
         });
-        let soil = contact_state::Soil::new(law, [own_layer, hooked], strength);
+        let in_lanes = const { T::Primal::NODES_AT_ONCE == 1 };
+        let quick = const { T::FOR_FITS } || (self.quick && in_lanes);
+        let soil = contact_state::Soil::new(law, [own_layer, hooked], strength, quick);
         c.wheel.read(&values, at, soil)
     }
 
@@ -355,7 +367,7 @@ impl<T: Real> ModelAt<T> for Composed {
     fn soil_at(&self, p: &[T], at: &Contact<T>) -> Soil<T> {
         let mut soil = Soil::unknown();
         let named = |name: &str| {
-            let place = self.0.params.iter().position(|q| q.name == name)?;
+            let place = self.of.params.iter().position(|q| q.name == name)?;
             p.get(place).copied()
         };
         soil.cohesion = named("cohesion");
@@ -383,22 +395,22 @@ impl<T: Real> ModelAt<T> for Composed {
 
 impl AnyModel for Composed {
     fn name(&self) -> &'static str {
-        &self.0.name
+        &self.of.name
     }
     fn summary(&self) -> &'static str {
-        &self.0.summary
+        &self.of.summary
     }
     fn params(&self) -> &'static [Param] {
-        &self.0.params
+        &self.of.params
     }
     fn equation(&self) -> &'static str {
-        &self.0.equation
+        &self.of.equation
     }
     fn reference(&self) -> &'static str {
-        &self.0.reference
+        &self.of.reference
     }
     fn hooks(&self) -> &'static [Hook] {
-        &self.0.hooks
+        &self.of.hooks
     }
     fn force_slopes(
         &self,
@@ -422,6 +434,15 @@ impl AnyModel for Composed {
             |p, at| self.wheel_forces_at(p, at),
         );
         Ok(())
+    }
+    fn quick_model(&self) -> Option<Arc<dyn AnyModel>> {
+        Some(
+            Composed {
+                quick: true,
+                ..*self
+            }
+            .shared(),
+        )
     }
     fn lug_cycle(
         &self,

@@ -8,8 +8,8 @@
 //!
 //! Where a piece ends carries no derivative, because the integrand is continuous there.
 
-use super::NODES;
-use crate::quadrature::rule;
+use super::{NODES, QUICK_NODES};
+use crate::quadrature::{Rule, lifted_power_weights, rule};
 use crate::real::{Real, Root};
 
 /// A break nearer to the end than this share of a branch holds less than rounding.
@@ -47,6 +47,55 @@ pub(super) struct Node<T> {
     pub(super) plain: T,
     /// σ is wanted over u^m.
     pub(super) over_power: bool,
+}
+
+/// The nodes of every piece, and the weights for u^m on the first.
+#[derive(Clone, Copy)]
+pub(super) struct PowerRule<T> {
+    rule: &'static Rule,
+    order: usize,
+    /// As many as the order.
+    power: [T; NODES],
+}
+
+impl<T: Real> PowerRule<T> {
+    /// `quick`: the short rule.
+    pub(super) fn new(exponent: T, quick: bool) -> Self {
+        if !quick {
+            return PowerRule {
+                rule: rule::<NODES>(),
+                order: NODES,
+                power: lifted_power_weights(exponent),
+            };
+        }
+        let few: [T; QUICK_NODES] = lifted_power_weights(exponent);
+        let mut power = [T::zero(); NODES];
+        power[..QUICK_NODES].copy_from_slice(&few);
+        PowerRule {
+            rule: rule::<QUICK_NODES>(),
+            order: QUICK_NODES,
+            power,
+        }
+    }
+
+    pub(super) fn map<S: Real>(&self, f: impl Fn(T) -> S) -> PowerRule<S> {
+        PowerRule {
+            rule: self.rule,
+            order: self.order,
+            power: self.power.map(f),
+        }
+    }
+
+    /// Places, plain weights and weights for u^m.
+    fn nodes(&self) -> impl Iterator<Item = ((f64, f64), T)> {
+        self.plain().zip(self.power)
+    }
+
+    /// Places and plain weights.
+    fn plain(&self) -> impl Iterator<Item = (f64, f64)> + use<T> {
+        let pairs = self.rule.nodes.iter().zip(&self.rule.weights);
+        pairs.map(|(x, w)| (*x, *w)).take(self.order)
+    }
 }
 
 impl<P: Root> Pieces<P> {
@@ -98,14 +147,13 @@ impl<P: Root> Pieces<P> {
         }
     }
 
-    /// All nodes of the branch in u, with `weights` for u^m on the first piece.
+    /// All nodes of the branch in u, those of the first piece for u^m.
     pub(super) fn each_node<T: Real<Primal = P>>(
         &self,
         exponent: T,
-        weights: &[T; NODES],
+        rule: &PowerRule<T>,
         mut visit: impl FnMut(Node<T>),
     ) {
-        let rule = rule::<NODES>();
         let one = P::one();
         let first = self.ends[0];
         let whole = !first.any_lt(one);
@@ -115,12 +163,12 @@ impl<P: Root> Pieces<P> {
         } else {
             first_t.pow_pos(exponent) * first_t
         };
-        for ((x, w), power) in rule.nodes.iter().zip(&rule.weights).zip(weights) {
+        for ((x, w), power) in rule.nodes() {
             visit(Node {
-                u: first_t * *x,
+                u: first_t * x,
                 // σ/u^m at u = first x, times first^(m + 1) x^m
-                normal: scale * *power,
-                plain: first_t * *w,
+                normal: scale * power,
+                plain: first_t * w,
                 over_power: true,
             });
         }
@@ -129,17 +177,22 @@ impl<P: Root> Pieces<P> {
         }
         for pair in self.ends.windows(2) {
             if let &[low, high] = pair {
-                self.plain_nodes(low, high, &mut visit);
+                self.plain_nodes(low, high, rule, &mut visit);
             }
         }
-        self.plain_nodes(self.ends[BREAKS - 1], one, &mut visit);
+        self.plain_nodes(self.ends[BREAKS - 1], one, rule, &mut visit);
     }
 
-    fn plain_nodes<T: Real<Primal = P>>(&self, low: P, high: P, visit: &mut impl FnMut(Node<T>)) {
+    fn plain_nodes<T: Real<Primal = P>>(
+        &self,
+        low: P,
+        high: P,
+        rule: &PowerRule<T>,
+        visit: &mut impl FnMut(Node<T>),
+    ) {
         if !low.any_lt(high) {
             return;
         }
-        let rule = rule::<NODES>();
         let ratio = high / low;
         let growing = ratio.max_lane().ln() / 4.0_f64.ln();
         let dense = if self.dense {
@@ -154,10 +207,10 @@ impl<P: Root> Pieces<P> {
         let mut start = low;
         for k in 1..=count {
             let end = if k == count { high } else { start * factor };
-            for (x, w) in rule.nodes.iter().zip(&rule.weights).take(NODES) {
-                let weight = T::from_primal((end - start) * *w);
+            for (x, w) in rule.plain() {
+                let weight = T::from_primal((end - start) * w);
                 visit(Node {
-                    u: T::from_primal(start + (end - start) * *x),
+                    u: T::from_primal(start + (end - start) * x),
                     normal: weight,
                     plain: weight,
                     over_power: false,

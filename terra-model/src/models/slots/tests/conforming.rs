@@ -8,7 +8,7 @@ fn conform(some: impl IntoIterator<Item = &'static Combination>) {
     let failures: Vec<String> = some
         .into_iter()
         .filter(|c| c.name.contains(&asked))
-        .filter_map(|c| crate::conformance::check_model_dyn(&Composed(c)).err())
+        .filter_map(|c| crate::conformance::check_model_dyn(&Composed::exact(c)).err())
         .map(|e| e.to_string())
         .collect();
     assert!(failures.is_empty(), "{}", failures.join("\n"));
@@ -69,11 +69,11 @@ fn every_slot_conforms() {
 fn every_combination_has_forces_and_derivatives() {
     let mut compared = 0;
     for c in combinations() {
-        let law = Law::new(Composed(c).shared(), vec![]).unwrap();
+        let law = Law::new(Composed::exact(c).shared(), vec![]).unwrap();
         for p in typical::parameters(&c.params) {
             for (slip, load) in [(-0.3, 90.0), (0.05, 245.25), (0.4, 245.25)] {
                 let (f, exact) = law.jacobian(&p, &at(slip, load)).unwrap();
-                let wheel = Composed(c).wheel(&p, &at(slip, load)).unwrap();
+                let wheel = Composed::exact(c).wheel(&p, &at(slip, load)).unwrap();
                 let carried = wheel.sums(f.angles.unwrap().entry).load;
                 assert!((carried / load - 1.0).abs() < 1e-10, "{} {carried}", c.name);
                 assert!(exact.iter().all(|x| x.is_finite()), "{}", c.name);
@@ -138,7 +138,7 @@ fn every_hook_of_a_combination_acts() {
                 hooks,
                 ..at(slip, 245.25)
             };
-            let f = ModelAt::wheel_forces_at(&Composed(c), p, &at).unwrap();
+            let f = ModelAt::wheel_forces_at(&Composed::exact(c), p, &at).unwrap();
             [f.drawbar_pull, f.resistive_torque, f.lateral_force].map(|x| x / 245.25)
         };
         for &hook in &c.hooks {

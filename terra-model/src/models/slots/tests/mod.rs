@@ -7,6 +7,7 @@ mod folds;
 mod named;
 mod pressures;
 mod pushing;
+mod quick;
 mod scans;
 mod shears;
 mod two_zones;

@@ -49,7 +49,7 @@ fn means_under_a_flat_are_those_of_antiderivatives() {
     for name in ["janosi-hanamoto", "wong-hump", "muskeg"] {
         let kind = slot("", &ShearKind::ALL, ShearKind::name, name).unwrap();
         let p = [1000.0, 0.5, 1.0, 0.6];
-        let c = composed(&format!("scm-column:bekker:{name}")).0;
+        let c = composed(&format!("scm-column:bekker:{name}")).of;
         let params: &'static [Param] = &c.params[3..];
         let values = Values {
             model: "test",
