@@ -68,7 +68,7 @@ impl Contenders {
         let known = |k: usize| previous.is_some_and(|p| p.single(&*asked[k]).is_some());
         // Far from the data the tangent says little: who comes near from elsewhere is confirmed, and stays in the contest.
         let mut found = vec![];
-        if let (Some(windows), false, None) = (&levels.scout, near, &previous) {
+        if let (Some(windows), false, None) = (&levels.thin, near, &previous) {
             found = scout(predictor, null, windows, asked, SCOUTED);
         }
         let ranked = order.iter().copied().enumerate();

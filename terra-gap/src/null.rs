@@ -125,7 +125,7 @@ fn settle(
         .norm_squared();
     let mut starts = starts_of(null, setup.kind);
     if setup.kind == LogKind::Drive {
-        let thin = Thin::new(data, &noise, Thin::WAY)?;
+        let thin = Thin::new(data, &noise)?;
         let held_back = thin.held_back(predictor, null, centre.clone(), None)?;
         let mut end = thin.let_go(predictor, null, &held_back, f64::INFINITY)?;
         let values = end.residual.len() as f64;

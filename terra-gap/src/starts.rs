@@ -113,8 +113,7 @@ fn weigh_elsewhere(
 ) -> Option<Weighed> {
     let h = &found.hypothesis;
     let windows = amplitudes.thin.as_ref()?;
-    let known = windows.end(predictor, h, &[found.plain.x.as_slice().to_vec()], None);
-    let known = known.ok();
+    let known = windows.end_of(predictor, h, &found.plain).ok();
     let other = way(windows, known.as_ref().map_or(f64::INFINITY, in_question))?;
     if known.is_some_and(|known| is_no_better(&other, &known)) {
         return None;

@@ -61,17 +61,15 @@ pub(crate) struct Thin {
 }
 
 impl Thin {
-    /// Windows for the way of a fit.
-    pub(crate) const WAY: usize = 64;
-    /// Windows to look around on.
-    pub(crate) const SCOUT: usize = 32;
+    /// Windows to look around on, and for the way of a fit.
+    pub(crate) const WINDOWS: usize = 32;
 
-    /// Every second, third ... window, of which at least so many are kept; all of them where the log is short already.
+    /// Every second, third ... window, of which at least [`WINDOWS`](Self::WINDOWS) are kept; all of them where the log is short already.
     ///
     /// # Errors
     /// A covariance that is not positive definite.
-    pub(crate) fn new(data: &DataSet, noise: &NoiseModel, least: usize) -> Result<Self, GapError> {
-        let every = (data.observations.len() / least).max(1);
+    pub(crate) fn new(data: &DataSet, noise: &NoiseModel) -> Result<Self, GapError> {
+        let every = (data.observations.len() / Self::WINDOWS).max(1);
         let kept = |i: usize| i % every == every / 2;
         let keep: Vec<usize> = (0..data.observations.len()).filter(|i| kept(*i)).collect();
         let rows = data.stacked().enumerate();
@@ -127,6 +125,22 @@ impl Thin {
         known: Option<Known>,
     ) -> Result<Fit, GapError> {
         self.end_below(f64::INFINITY, predictor, hypothesis, starts, known)
+    }
+
+    /// Where a fit to all windows goes on to on these alone: not far.
+    ///
+    /// # Errors
+    /// As [`end`](Self::end).
+    pub(crate) fn end_of(
+        &self,
+        predictor: &dyn Predictor,
+        hypothesis: &Hypothesis,
+        fit: &Fit,
+    ) -> Result<Fit, GapError> {
+        let known = self.part_of(&fit.known(fit.jacobian.clone()));
+        let start = [fit.x.as_slice().to_vec()];
+        let (data, noise, effort) = (&self.data, &self.whitener, Effort::Contest);
+        fit_from(data, predictor, hypothesis, noise, &start, known, effort)
     }
 
     /// The same, given up where a misfit per value is out of reach.

@@ -46,9 +46,7 @@ pub(crate) struct Amplitudes {
     levels: Arc<Vec<(f64, f64, Whitener)>>,
     /// Noise without any discrepancy.
     plain: Arc<Whitener>,
-    /// Windows to look around on, in a drive.
-    pub(crate) scout: Option<Arc<Thin>>,
-    /// Where a drive's fits from far begin.
+    /// Where a drive is looked around on, and its fits from far begin.
     pub(crate) thin: Option<Arc<Thin>>,
     /// Misfit per value from which a drive's rival is hopeless.
     hopeless_from: f64,
@@ -66,15 +64,14 @@ impl Amplitudes {
             .iter()
             .map(|&(a, w)| Ok((a, f64::ln(w), noise.whitener_with_discrepancy(data, a)?)))
             .collect::<Result<_, GapError>>()?;
-        let thin = |least: usize| match kind {
-            LogKind::Drive => Thin::new(data, noise, least).map(|thin| Some(Arc::new(thin))),
-            LogKind::Rig | LogKind::Kinematic => Ok(None),
+        let thin = match kind {
+            LogKind::Drive => Some(Arc::new(Thin::new(data, noise)?)),
+            LogKind::Rig | LogKind::Kinematic => None,
         };
         Ok(Amplitudes {
             levels: Arc::new(levels),
             plain: Arc::new(noise.whitener(data)?),
-            scout: thin(Thin::SCOUT)?,
-            thin: thin(Thin::WAY)?,
+            thin,
             hopeless_from: f64::INFINITY,
             far_away: f64::INFINITY,
         })

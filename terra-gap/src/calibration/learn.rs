@@ -174,7 +174,7 @@ impl Calibration {
 
     /// Gain of none of the least loss.
     fn learn_none_gain(&mut self, cases: &[&Case]) {
-        let gains = (0..=NONE_GAINS).map(|k| 0.1 * f64::from(k));
+        let gains = (0..=NONE_GAINS).map(|k| f64::from(k) / 10.0);
         self.take_best(gains, cases, |c, gain| c.none_gain = gain);
     }
 

@@ -83,7 +83,7 @@ pub(crate) struct Ground<'a, 'b> {
 impl Ground<'_, '_> {
     /// Only a few windows of it.
     fn on_few(&self) -> Option<Self> {
-        let (data, whitener) = self.levels.scout.as_ref()?.windows();
+        let (data, whitener) = self.levels.thin.as_ref()?.windows();
         Some(Ground {
             data,
             whitener,
@@ -245,7 +245,7 @@ fn look_everywhere(
     rows: &[(usize, &Arc<dyn AnyEffect>, &Weighed)],
     rival: f64,
 ) -> Vec<(usize, Found)> {
-    let (Some(few), Some(on_few)) = (&ground.levels.scout, ground.on_few()) else {
+    let (Some(few), Some(on_few)) = (&ground.levels.thin, ground.on_few()) else {
         return vec![];
     };
     let promised = for_each(rows.len(), |n| {
