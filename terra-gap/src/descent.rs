@@ -214,23 +214,21 @@ pub(crate) fn descend<R: Residuals>(
             stop = reason;
             break;
         }
-        if way.promise(&model) >= way.end() && way.step(&model)? {
+        if way.promise(&model) >= way.end() && way.step(&model) {
             continue;
         }
         let end = effort.ends_carried() && way.promise(&model) < way.end();
-        if end || way.exact {
+        if end || way.exact || !way.renew() {
             // Certified, at rounding, or in a corner of the model's domain.
             stop = Stop::Down(way.exact && way.promise(&model) < CONVERGED);
             break;
         }
-        way.renew()?;
         way.damping = way.first_damping();
     }
     // One that was given up is only known to be far: a carried Jacobian says as much.
     let given_up = matches!(stop, Stop::GivenUp);
     let mut converged = matches!(stop, Stop::Down(true));
-    if !way.exact && !effort.ends_carried() && !given_up {
-        way.renew()?;
+    if !way.exact && !effort.ends_carried() && !given_up && way.renew() {
         let model = Model::new(&way.here, &way.j, low, high);
         converged |= way.promise(&model) < CONVERGED;
     }
@@ -338,7 +336,7 @@ impl<R: Residuals> Way<'_, R> {
     }
 
     /// One step down; false where none was found.
-    fn step(&mut self, model: &Model) -> Result<bool, GapError> {
+    fn step(&mut self, model: &Model) -> bool {
         let attempts = if self.exact {
             ATTEMPTS
         } else {
@@ -348,24 +346,24 @@ impl<R: Residuals> Way<'_, R> {
         let mut raise = 1.0;
         for attempt in 0..attempts {
             let Some(solver) = model.damped(self.damping) else {
-                return Ok(false);
+                return false;
             };
             let velocity = solver.solve(&model.gradient);
             // A Jacobian brings its residual along, and most steps are taken.
             let both = !carries && attempt == 0 && !self.doubtful;
             if let Some((next, slopes)) = self.attempt(model, &velocity, &solver, both) {
                 let foreseen = model.foresees(&velocity);
-                self.take(model, next, slopes, foreseen, attempt > 0)?;
-                return Ok(true);
+                self.take(model, next, slopes, foreseen, attempt > 0);
+                return true;
             }
             self.bent = !carries;
             raise = f64::min(raise * DAMPING.2, RAISED);
             self.damping = (self.damping * raise).min(1e12);
         }
-        Ok(false)
+        false
     }
 
-    /// The point after a step, where that is lower.
+    /// The point after a step, where that is lower, with its slopes unless they are carried along.
     fn attempt(
         &self,
         model: &Model,
@@ -392,8 +390,15 @@ impl<R: Residuals> Way<'_, R> {
             (self.problem.value(&to).ok()?, None)
         };
         let next = Point::new(to, r);
-        let lower = next.cost.is_finite() && next.cost < self.here.cost;
-        lower.then_some((next, slopes))
+        if !(next.cost.is_finite() && next.cost < self.here.cost) {
+            return None;
+        }
+        let slopes = match slopes {
+            // At the edge of what the soil carries there may be an answer without slopes: no way goes on from there.
+            None if !self.carries() => Some(self.problem.slopes(&next.x).ok()?.1),
+            found => found,
+        };
+        Some((next, slopes))
     }
 
     /// Goes there.
@@ -404,7 +409,7 @@ impl<R: Residuals> Way<'_, R> {
         slopes: Option<DMatrix<f64>>,
         foreseen: f64,
         refused: bool,
-    ) -> Result<(), GapError> {
+    ) {
         let carries = self.carries();
         let share = (self.here.cost - next.cost) / foreseen;
         if share > STRAIGHT && !refused {
@@ -421,23 +426,22 @@ impl<R: Residuals> Way<'_, R> {
         let surprise = (&self.here.r - &next.r) - &self.j * &moved;
         self.here = next;
         self.costs.push(self.here.cost);
-        match slopes {
-            Some(slopes) => (self.j, self.exact) = (slopes, true),
-            None if !carries || (share < POOR && !self.exact) => self.renew()?,
-            None => {
-                self.j += surprise * moved.transpose() / moved.norm_squared();
-                self.exact = false;
-            }
+        if let Some(slopes) = slopes {
+            (self.j, self.exact) = (slopes, true);
+        } else if self.exact || share >= POOR || !self.renew() {
+            self.j += surprise * moved.transpose() / moved.norm_squared();
+            self.exact = false;
         }
-        Ok(())
     }
 
-    /// An exact Jacobian here.
-    fn renew(&mut self) -> Result<(), GapError> {
-        self.j = self.problem.slopes(&self.here.x)?.1;
-        self.exact = true;
+    /// An exact Jacobian here, where there is one.
+    fn renew(&mut self) -> bool {
+        let Ok((_, slopes)) = self.problem.slopes(&self.here.x) else {
+            return false;
+        };
+        (self.j, self.exact) = (slopes, true);
         self.renewals += 1;
-        Ok(())
+        true
     }
 }
 

@@ -252,3 +252,33 @@ fn a_way_too_slow_to_arrive_is_not_gone() {
         .collect();
     assert!(arrives(&near, 100));
 }
+
+/// A valley beyond whose edge there are values but no slopes, as where two rules of integration differ about what the soil carries.
+struct Edge(Valley, f64);
+
+impl Residuals for Edge {
+    fn value(&self, x: &DVector<f64>) -> Result<DVector<f64>, GapError> {
+        self.0.value(x)
+    }
+
+    fn slopes(&self, x: &DVector<f64>) -> Result<(DVector<f64>, DMatrix<f64>), GapError> {
+        if x[0] > self.1 {
+            return Err(GapError::Log("beyond the edge".to_owned()));
+        }
+        self.0.slopes(x)
+    }
+}
+
+#[test]
+fn a_way_ends_before_an_edge_beyond_which_there_are_no_slopes() {
+    for effort in [Effort::Certified, Effort::Contest] {
+        let v = Edge(Valley::new(1e3, 1.0, 3.0), 2.0);
+        let end = descend(&v, WIDE, &[0.0, 0.0], None, effort).unwrap();
+        assert!(end.x[0] <= 2.0 && end.exact, "{:?}", end.x);
+        assert!(!end.converged && end.cost < 9e4, "{}", end.cost);
+    }
+    // A carried Jacobian has gone beyond before it asks.
+    let v = Edge(Valley::new(1e3, 1.0, 3.0), 2.0);
+    let end = descend(&v, WIDE, &[0.0, 0.0], None, Effort::Again).unwrap();
+    assert!(!end.converged, "{:?} {}", end.x, end.cost);
+}
