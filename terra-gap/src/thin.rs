@@ -64,7 +64,8 @@ impl Thin {
     /// Windows to look around on, and for the way of a fit.
     pub(crate) const WINDOWS: usize = 32;
 
-    /// Every second, third ... window, of which at least [`WINDOWS`](Self::WINDOWS) are kept; all of them where the log is short already.
+    /// Every second, third ... window, of which at least [`WINDOWS`](Self::WINDOWS) are kept; all of them where the log is short
+    /// already.
     ///
     /// # Errors
     /// A covariance that is not positive definite.
@@ -138,9 +139,7 @@ impl Thin {
         fit: &Fit,
     ) -> Result<Fit, GapError> {
         let known = self.part_of(&fit.known(fit.jacobian.clone()));
-        let start = [fit.x.as_slice().to_vec()];
-        let (data, noise, effort) = (&self.data, &self.whitener, Effort::Contest);
-        fit_from(data, predictor, hypothesis, noise, &start, known, effort)
+        self.end(predictor, hypothesis, &[fit.x.as_slice().to_vec()], known)
     }
 
     /// The same, given up where a misfit per value is out of reach.
