@@ -174,7 +174,7 @@ pub(crate) fn tangent_only(hypothesis: Hypothesis, at: &Weighed, score: &Score) 
     let mut fit = at.plain.clone();
     fit.x = fit.x.push(0.0);
     fit.jacobian = score.beside(&at.plain.jacobian);
-    fit.exact = false;
+    (fit.exact, fit.tangent) = (false, true);
     fit.at_bound.push(false);
     let posterior = posterior(&hypothesis, &fit);
     let (low, high) = hypothesis.bounds();

@@ -29,10 +29,16 @@ const CARRIED: f64 = 1e-2;
 const ROUGHLY: f64 = 0.1;
 /// Promise up to which a way that found no step down has converged: a tenth of the parameters' own uncertainty.
 const CONVERGED: f64 = 1e-2;
+/// Promise of an exact Jacobian up to which such a fit's step is its last one: within half a unit of the parameters' own
+/// uncertainty a Jacobian hardly changes, and where the step keeps what was promised there is no need to ask for it once more.
+const LAST: f64 = 0.25;
 /// Promise and gain over so many steps below which such a fit has ended at a kink of the law.
 const KINK: (f64, f64, usize) = (0.1, 0.01, 3);
-/// Promise, and gain over so many steps, below which a fit of a contest creeps on to no purpose: half a unit and a tenth.
-const CREEP: (f64, f64, usize) = (0.5, 0.2, 4);
+/// Promise below which a fit of a contest creeps on to no purpose where its exact Jacobians brought less than this share of it over
+/// so many steps.
+const CREEP: (f64, f64, usize) = (2.0, 0.5, 2);
+/// The same of a carried Jacobian, which mends itself: promise, and gain over so many steps.
+const CREEP_CARRIED: (f64, f64, usize) = (0.5, 0.2, 4);
 /// Misfit per value beyond the noise from which a fit is far from the data.
 const FAR: f64 = 0.3;
 /// Steps over which such a fit must come nearer, and by which share of what is left.
@@ -147,6 +153,17 @@ enum Stop {
     GivenUp,
 }
 
+/// What a step is asked for.
+#[derive(Clone, Copy, PartialEq)]
+enum Asks {
+    /// The value alone: its Jacobian is carried along.
+    Value,
+    /// Value and slopes at once: most steps are taken.
+    Both,
+    /// The slopes too once its value is lower: steps are doubtful.
+    SlopesThen,
+}
+
 /// A way down.
 struct Way<'a, R> {
     problem: &'a R,
@@ -163,6 +180,8 @@ struct Way<'a, R> {
     /// Whether the next step bends, and whether the step before was refused at first.
     bent: bool,
     doubtful: bool,
+    /// Whether the step before was a last one that kept what an exact Jacobian promised.
+    kept: bool,
     /// Cost after every step.
     costs: Vec<f64>,
 }
@@ -205,6 +224,7 @@ pub(crate) fn descend<R: Residuals>(
         renewals: 0,
         bent: !effort.carries(),
         doubtful: false,
+        kept: false,
     };
     way.damping = way.first_damping();
     let mut stop = Stop::Down(false);
@@ -217,10 +237,11 @@ pub(crate) fn descend<R: Residuals>(
         if way.promise(&model) >= way.end() && way.step(&model) {
             continue;
         }
-        let end = effort.ends_carried() && way.promise(&model) < way.end();
+        let end = (effort.ends_carried() || way.kept) && way.promise(&model) < way.end();
         if end || way.exact || !way.renew() {
             // Certified, at rounding, or in a corner of the model's domain.
-            stop = Stop::Down(way.exact && way.promise(&model) < CONVERGED);
+            let certified = way.exact || way.kept;
+            stop = Stop::Down(certified && way.promise(&model) < CONVERGED);
             break;
         }
         way.damping = way.first_damping();
@@ -228,7 +249,8 @@ pub(crate) fn descend<R: Residuals>(
     // One that was given up is only known to be far: a carried Jacobian says as much.
     let given_up = matches!(stop, Stop::GivenUp);
     let mut converged = matches!(stop, Stop::Down(true));
-    if !way.exact && !effort.ends_carried() && !given_up && way.renew() {
+    let carried = effort.ends_carried() || way.kept;
+    if !way.exact && !carried && !given_up && way.renew() {
         let model = Model::new(&way.here, &way.j, low, high);
         converged |= way.promise(&model) < CONVERGED;
     }
@@ -319,11 +341,15 @@ impl<R: Residuals> Way<'_, R> {
         if self.exact && promise < small && self.gained(steps).is_some_and(|g| g < little) {
             return Some(Stop::Down(promise < CONVERGED));
         }
-        let (promised, gained, steps) = CREEP;
-        if self.gained(steps).is_some_and(|g| g < gained)
-            && (self.exact || carries)
-            && promise < promised
-        {
+        let creeps = if carries {
+            let (promised, gained, steps) = CREEP_CARRIED;
+            promise < promised && self.gained(steps).is_some_and(|g| g < gained)
+        } else {
+            let (promised, share, steps) = CREEP;
+            let slow = self.gained(steps).is_some_and(|g| g < share * promise);
+            self.exact && promise < promised && slow
+        };
+        if creeps {
             return Some(Stop::Down(self.exact && promise < CONVERGED));
         }
         let (steps, reach) = REACH;
@@ -335,6 +361,11 @@ impl<R: Residuals> Way<'_, R> {
         }
     }
 
+    /// Whether the next step is the last one if it keeps what it promises.
+    fn is_last(&self, model: &Model) -> bool {
+        self.effort != Effort::Certified && self.exact && self.promise(model) < LAST
+    }
+
     /// One step down; false where none was found.
     fn step(&mut self, model: &Model) -> bool {
         let attempts = if self.exact {
@@ -342,18 +373,25 @@ impl<R: Residuals> Way<'_, R> {
         } else {
             ATTEMPTS_CARRIED
         };
-        let carries = self.carries();
+        let (last, carries) = (self.is_last(model), self.carries());
+        self.bent &= !last;
         let mut raise = 1.0;
         for attempt in 0..attempts {
             let Some(solver) = model.damped(self.damping) else {
                 return false;
             };
             let velocity = solver.solve(&model.gradient);
-            // A Jacobian brings its residual along, and most steps are taken.
-            let both = !carries && attempt == 0 && !self.doubtful;
-            if let Some((next, slopes)) = self.attempt(model, &velocity, &solver, both) {
+            let asks = match attempt {
+                _ if carries => Asks::Value,
+                0 if last => Asks::Value,
+                0 if !self.doubtful => Asks::Both,
+                _ => Asks::SlopesThen,
+            };
+            if let Some((next, slopes)) = self.attempt(model, &velocity, &solver, asks) {
                 let foreseen = model.foresees(&velocity);
+                let kept = (self.here.cost - next.cost) / foreseen > STRAIGHT && attempt == 0;
                 self.take(model, next, slopes, foreseen, attempt > 0);
+                self.kept = last && kept && !self.exact;
                 return true;
             }
             self.bent = !carries;
@@ -369,7 +407,7 @@ impl<R: Residuals> Way<'_, R> {
         model: &Model,
         velocity: &DVector<f64>,
         solver: &Cholesky<f64, Dyn>,
-        both: bool,
+        asks: Asks,
     ) -> Option<(Point, Option<DMatrix<f64>>)> {
         let (low, high) = (self.low, self.high);
         let mut whole = velocity.clone();
@@ -383,7 +421,7 @@ impl<R: Residuals> Way<'_, R> {
             whole += a * 0.5;
         }
         let to = model.from(&self.here.x, &whole, low, high);
-        let (r, slopes) = if both {
+        let (r, slopes) = if asks == Asks::Both {
             let (r, j) = self.problem.slopes(&to).ok()?;
             (r, Some(j))
         } else {
@@ -395,7 +433,7 @@ impl<R: Residuals> Way<'_, R> {
         }
         let slopes = match slopes {
             // At the edge of what the soil carries there may be an answer without slopes: no way goes on from there.
-            None if !self.carries() => Some(self.problem.slopes(&next.x).ok()?.1),
+            None if asks == Asks::SlopesThen => Some(self.problem.slopes(&next.x).ok()?.1),
             found => found,
         };
         Some((next, slopes))

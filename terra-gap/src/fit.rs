@@ -21,8 +21,10 @@ pub struct Fit {
     pub residual: DVector<f64>,
     /// Whitened -dr/dx (n x d).
     pub jacobian: DMatrix<f64>,
-    /// Whether residual and Jacobian are the law's own there, and not carried along or a tangent's.
+    /// Whether the Jacobian is the law's own there, and not carried along or a tangent's.
     pub exact: bool,
+    /// Whether the residual is a tangent's, and not the law's own.
+    pub tangent: bool,
     /// |r|² + |x|².
     pub cost: f64,
     /// True when the certificate holds.
@@ -41,10 +43,15 @@ impl Fit {
         self.residual.norm_squared()
     }
 
+    /// Whether it ended with this noise: another one has another density.
+    pub(crate) fn is_whitened_by(&self, whitener: &Whitener) -> bool {
+        self.log_det == whitener.log_det
+    }
+
     /// What it knows for a fit with the same noise that begins where it ended, with more columns at zero.
     pub(crate) fn known(&self, jacobian: DMatrix<f64>) -> Known {
         Known {
-            residual: self.exact.then(|| self.residual.clone()),
+            residual: (!self.tangent).then(|| self.residual.clone()),
             jacobian,
             exact: self.exact,
         }
@@ -217,6 +224,7 @@ pub(crate) fn fit_near(
         residual,
         jacobian,
         exact,
+        tangent: false,
         cost,
         converged,
         given_up,
@@ -335,6 +343,7 @@ mod tests {
                 residual,
                 jacobian: slopes.clone(),
                 exact: true,
+                tangent: false,
                 cost,
                 converged: false,
                 given_up: false,

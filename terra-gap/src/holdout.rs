@@ -407,6 +407,7 @@ mod tests {
             residual: nalgebra::DVector::from_element(200, (chi2 / 200.0_f64).sqrt()),
             jacobian: nalgebra::DMatrix::zeros(200, 2),
             exact: true,
+            tangent: false,
             cost: chi2,
             converged: true,
             given_up: false,

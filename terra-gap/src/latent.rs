@@ -19,6 +19,7 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 use crate::dataset::DataSet;
 use crate::error::GapError;
 use crate::hypothesis::Hypothesis;
+use crate::memory::Memory;
 use crate::noise::NoiseModel;
 use crate::parallel::for_each;
 use crate::predictor::{AnyPredictor, Predictor, RawSlopes, raw_slopes};
@@ -32,20 +33,23 @@ pub(crate) struct Moved {
     pub(crate) predictor: AnyPredictor,
     /// What the tangent adds to each observation.
     shifts: Vec<Vec<f64>>,
+    /// The slopes there, unless an observation has none and stays as it was measured.
+    slopes: Option<Vec<RawSlopes>>,
 }
 
 impl Moved {
-    /// Takes the data there.
-    pub(crate) fn take(self, data: &mut DataSet) -> AnyPredictor {
+    /// Takes the data there; with the slopes there, where every observation has them.
+    pub(crate) fn take(self, data: &mut DataSet) -> (AnyPredictor, Option<Vec<RawSlopes>>) {
         for (o, shift) in data.observations.iter_mut().zip(self.shifts) {
             o.shift = shift;
         }
-        self.predictor
+        (self.predictor, self.slopes)
     }
 }
 
 /// Moves the inputs of all observations to where they most probably were under a fit, from what was `measured` and where they
-/// are `now`. An observation that has no answer there stays as it was measured, and so does what was never read.
+/// are `now`. An observation that has no answer there stays as it was measured, and so does what was never read. `nearby`: slopes
+/// of a fit next to this one, which are as good for a step that is taken again until the fit stands still.
 ///
 /// # Errors
 /// Where the model has no answer at what was measured.
@@ -55,11 +59,21 @@ pub(crate) fn recentre(
     hypothesis: &Hypothesis,
     x: &[f64],
     noise: &NoiseModel,
+    nearby: Option<Vec<RawSlopes>>,
 ) -> Result<Moved, GapError> {
     let p = hypothesis.parameters(x);
     let law = &hypothesis.law;
     let indices: Vec<usize> = data.observations.iter().map(|o| o.index).collect();
-    let here = raw_slopes(now, law, &p, &indices)?;
+    let here = match nearby {
+        Some(mut nearby) => {
+            let residuals = now.residuals(law, &p, &indices, &Memory::none())?;
+            for ((residual, _), own) in nearby.iter_mut().zip(residuals) {
+                *residual = own;
+            }
+            nearby
+        }
+        None => raw_slopes(now, law, &p, &indices)?,
+    };
     let taken: Vec<DVector<f64>> = indices.iter().map(|&i| measured.raw(i).into()).collect();
     let sought = |k: usize| {
         let (o, (g, d)) = (&data.observations[k], &here[k]);
@@ -80,11 +94,13 @@ pub(crate) fn recentre(
             alone.into_iter().next()
         }),
     };
-    let shift = |(k, there): (usize, Option<RawSlopes>)| {
-        let shift = there?.1 * (&taken[k] - sought[k].as_ref()?);
+    let shift = |(k, there): (usize, &Option<RawSlopes>)| {
+        let shift = &there.as_ref()?.1 * (&taken[k] - sought[k].as_ref()?);
         shift.iter().all(|s| s.is_finite()).then_some(shift)
     };
-    let shifts: Vec<Option<DVector<f64>>> = there.into_iter().enumerate().map(shift).collect();
+    let shifts: Vec<Option<DVector<f64>>> = there.iter().enumerate().map(shift).collect();
+    let all = shifts.iter().all(Option::is_some);
+    let slopes = all.then(|| there.into_iter().flatten().collect());
     let kept = |(raw, shift): (Option<DVector<f64>>, &Option<_>)| raw.filter(|_| shift.is_some());
     let found: Vec<_> = sought.into_iter().zip(&shifts).map(kept).collect();
     let shifts = shifts
@@ -93,6 +109,7 @@ pub(crate) fn recentre(
     Ok(Moved {
         predictor: moved_to(now, &indices, &taken, &found),
         shifts: shifts.map(|shift| shift.as_slice().to_vec()).collect(),
+        slopes,
     })
 }
 
@@ -233,6 +250,7 @@ mod tests {
         let measured = Line(read.clone());
         let mut now = Predictor::with_raw(&measured, &[]);
         let mut x = vec![0.0; hypothesis.len()];
+        let mut nearby = None;
         for _ in 0..30 {
             let noise = NoiseModel::propagate(&data, &*now, &hypothesis, &x).unwrap();
             let whitener = noise.whitener(&data).unwrap();
@@ -240,8 +258,8 @@ mod tests {
             let r = whitener.apply_vector(&here.residual);
             let slope = whitener.apply(&here.jacobian).column(0).into_owned();
             x[0] += slope.dot(&r) / slope.norm_squared();
-            let moved = recentre(&data, (&measured, &*now), &hypothesis, &x, &noise);
-            now = moved.unwrap().take(&mut data);
+            let moved = recentre(&data, (&measured, &*now), &hypothesis, &x, &noise, nearby);
+            (now, nearby) = moved.unwrap().take(&mut data);
         }
         let found = hypothesis.parameters(&x)[0];
         assert!((found - deming).abs() < 1e-6, "{found} {deming}");

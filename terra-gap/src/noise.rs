@@ -12,7 +12,7 @@ use crate::dataset::{DataSet, Observation};
 use crate::error::GapError;
 use crate::fit::evaluate;
 use crate::hypothesis::Hypothesis;
-use crate::predictor::{Predictor, raw_slopes};
+use crate::predictor::{Predictor, RawSlopes, raw_slopes};
 
 /// Length of the discrepancy in slip.
 pub(crate) const DISCREPANCY_LENGTH: f64 = 0.25;
@@ -52,15 +52,20 @@ impl NoiseModel {
         let p = hypothesis.parameters(x);
         let indices: Vec<usize> = data.observations.iter().map(|o| o.index).collect();
         let slopes = raw_slopes(predictor, &hypothesis.law, &p, &indices)?;
+        Ok(NoiseModel::through(data, &slopes))
+    }
+
+    /// Sensor and input noise through these slopes.
+    pub(crate) fn through(data: &DataSet, slopes: &[RawSlopes]) -> Self {
         let block = |((_, d), o): (&(_, DMatrix<f64>), &Observation)| {
             let variances = DVector::from_iterator(d.ncols(), o.raw_sd.iter().map(|sd| sd * sd));
             d * DMatrix::from_diagonal(&variances) * d.transpose()
         };
         let blocks = slopes.iter().zip(&data.observations).map(block).collect();
-        Ok(NoiseModel {
+        NoiseModel {
             blocks,
             common: None,
-        })
+        }
     }
 
     /// The same, and what is uncertain about the nominal law itself; its scatter beyond the stated noise is every value's own.

@@ -115,10 +115,8 @@ fn settle(
     data.observations.iter_mut().for_each(|o| o.shift.clear());
     let centre = vec![0.0; null.len()];
     let inherited = setup.inherited.as_ref();
-    let noise_at = |data: &DataSet, predictor: &dyn Predictor, at: &[f64]| {
-        NoiseModel::propagate(data, predictor, null, at)?.with(data, predictor, inherited)
-    };
-    let mut noise = noise_at(data, predictor, &centre)?;
+    let mut noise = NoiseModel::propagate(data, predictor, null, &centre)?;
+    noise = noise.with(data, predictor, inherited)?;
     let given = noise
         .whitener(data)?
         .apply_vector(&residual(data, predictor, null, &centre)?)
@@ -146,22 +144,24 @@ fn settle(
             let (whitener, effort) = (noise.whitener(data)?, again(setup.kind));
             fit_from(data, predictor, null, &whitener, starts, None, effort)
         };
-    // The noise at a soil, with the ground's roughness as a fit leaves it over.
-    let with_roughness = |data: &mut DataSet, predictor: &dyn Predictor, at: &[f64], x: &[f64]| {
-        let mut noise = noise_at(data, predictor, at)?;
-        if setup.kind == LogKind::Drive {
-            let r = residual(data, predictor, null, x)?;
-            roughness::add(&mut noise, data, setup.rover, &r);
-        }
-        Ok::<_, GapError>(noise)
-    };
+    // Sensors' noise as it was propagated, with the ground's roughness as a fit leaves it over.
+    let with_roughness =
+        |data: &mut DataSet, predictor: &dyn Predictor, noise: NoiseModel, x: &[f64]| {
+            let mut noise = noise.with(data, predictor, inherited)?;
+            if setup.kind == LogKind::Drive {
+                let r = residual(data, predictor, null, x)?;
+                roughness::add(&mut noise, data, setup.rover, &r);
+            }
+            Ok::<_, GapError>(noise)
+        };
     // Of the data, its noise's own density included.
     let says = |f: &Fit| -0.5 * (f.cost + f.log_det);
     let mut fitted = fit(data, predictor, &noise, &starts)?;
     let n = data.len() as f64;
     for _ in 0..2 {
         let x = fitted.x.as_slice().to_vec();
-        let own = with_roughness(data, predictor, &x, &x)
+        let own = NoiseModel::propagate(data, predictor, null, &x)
+            .and_then(|own| with_roughness(data, predictor, own, &x))
             .and_then(|own| Ok((fit(data, predictor, &own, std::slice::from_ref(&x))?, own)));
         let (with_own, own) = match own {
             Ok(own) => own,
@@ -174,11 +174,12 @@ fn settle(
         if !far || (with_own.chi2() < NEAR * n && says(&with_own) > says(&fitted)) {
             (noise, fitted) = (own, with_own);
         } else {
-            noise = with_roughness(data, predictor, &centre, &x)?;
+            let at_centre = NoiseModel::propagate(data, predictor, null, &centre)?;
+            noise = with_roughness(data, predictor, at_centre, &x)?;
             fitted = fit(data, predictor, &noise, &[x])?;
         }
     }
-    let mut now = predictor.with_raw(&[]);
+    let (mut now, mut nearby) = (predictor.with_raw(&[]), None);
     for _ in 0..CENTRINGS {
         if fitted.chi2() > FAR * n {
             break;
@@ -186,19 +187,23 @@ fn settle(
         let before = fitted.x.clone();
         let x = before.as_slice();
         let where_they_were = data.clone();
-        let moved = match recentre(data, (predictor, &*now), null, x, &noise) {
+        let (moved, slopes) = match recentre(data, (predictor, &*now), null, x, &noise, nearby) {
             Ok(moved) => moved.take(data),
             Err(GapError::Model(_)) => break,
             Err(e) => return Err(e),
         };
-        let own = with_roughness(data, &*moved, x, x)?;
+        let own = match &slopes {
+            Some(slopes) => NoiseModel::through(data, slopes),
+            None => NoiseModel::propagate(data, &*moved, null, x)?,
+        };
+        let own = with_roughness(data, &*moved, own, x)?;
         let next = fit(data, &*moved, &own, &[x.to_vec()])?;
         if says(&next) < says(&fitted) - WORSE {
             // Too far for the tangents, which do not come back.
             *data = where_they_were;
             break;
         }
-        (now, noise, fitted) = (moved, own, next);
+        (now, nearby, noise, fitted) = (moved, slopes, own, next);
         if (&fitted.x - before).amax() < STILL {
             break;
         }

@@ -17,7 +17,7 @@ use crate::renewal::{Before, out};
 use crate::screen::within_reach;
 use crate::settings::LogKind;
 use crate::setup::Screened;
-use crate::signatures::{Asked, screen_all};
+use crate::signatures::{Asked, by_the_law, screen_all};
 use crate::starts::start_anew;
 use crate::weigh::{Amplitudes, NEAR, Weighed, again, contest, weigh, weigh_at, weigh_roughly};
 
@@ -148,15 +148,12 @@ pub(crate) fn confirm_pairs(
             .filter(|e| e.name() != asked[*first].name() && may_pair(&***e))
             .map(Arc::clone)
             .collect();
-        let (screen, kept) = screen_all(
-            data,
-            predictor,
-            &weighed.hypothesis,
-            &weighed.plain,
-            &partners,
-            whitener,
-            &mut vec![],
-        );
+        let (h, end) = (&weighed.hypothesis, &weighed.plain);
+        let Ok(here) = by_the_law(data, predictor, h, end, whitener) else {
+            continue;
+        };
+        let (screen, kept) =
+            screen_all(data, predictor, h, &here, &partners, whitener, &mut vec![]);
         let mut order: Vec<usize> = (0..kept.len()).collect();
         descending(&mut order, |&k| screen[k].score.log_bayes_factor);
         let mut fitted = vec![];
@@ -168,7 +165,7 @@ pub(crate) fn confirm_pairs(
             if let Some(second) = second.filter(|_| kind != LogKind::Drive || asks) {
                 let mut start = weighed.plain.x.as_slice().to_vec();
                 start.push(screen[k].score.magnitude.clamp(-3.0, 3.0));
-                let known = screen[k].score.beyond(&weighed.plain);
+                let known = screen[k].score.beyond(&here);
                 fitted.push(kept[k].name());
                 jobs.push((*first, second, start, known));
             }

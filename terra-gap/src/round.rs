@@ -24,7 +24,7 @@ use crate::renewal::{Before, hopeless};
 use crate::roughness;
 use crate::settings::{LogKind, Settings};
 use crate::setup::{Screened, Setup};
-use crate::signatures::{Asked, screen_all};
+use crate::signatures::{Asked, by_the_law, screen_all};
 use crate::structures::{Structures, weigh_structures};
 use crate::weigh::{Amplitudes, NEAR, Weighed, again, weigh};
 
@@ -51,6 +51,8 @@ pub(crate) struct Round {
     pub plain: Whitener,
     pub levels: Amplitudes,
     pub null_weighed: Weighed,
+    /// Its fit against the noise alone, by the law's own slopes: where effects are screened.
+    at_null: Fit,
     pub screen: Vec<Screened>,
     /// The effect of each row of the screen.
     pub asked: Asked,
@@ -147,20 +149,24 @@ impl Round {
         let (before, inputs) = (data.clone(), now.clone());
         let (h, x) = (best.hypothesis.clone(), best.plain.x.clone());
         let x = x.as_slice();
+        let mut slopes = None;
         if best.plain.chi2() <= FAR * data.len() as f64 {
             // Soil that only just carries the wheel has no slopes there, and the nominal fit may have no answer where the
             // inputs are by another: then they stay where they are.
-            let moved = recentre(data, (common.predictor, &**now), &h, x, &self.noise);
+            let moved = recentre(data, (common.predictor, &**now), &h, x, &self.noise, None);
             let start = fitted.x.as_slice();
             let answered = |m: &Moved| residual(data, &*m.predictor, common.null, start).is_ok();
             if let Some(moved) = moved.ok().filter(answered) {
-                *now = moved.take(data);
+                (*now, slopes) = moved.take(data);
             }
         }
         let inherited = common.setup.inherited.as_ref();
         data.notes.retain(|n| !n.starts_with(OWN_NOISE));
         let (noise, share) = backed(&[x.to_vec()], |ends| {
-            let noise = NoiseModel::propagate(data, &**now, &h, &ends[0])?;
+            let noise = match slopes.take() {
+                Some(slopes) => NoiseModel::through(data, &slopes),
+                None => NoiseModel::propagate(data, &**now, &h, &ends[0])?,
+            };
             let mut noise = noise.with(data, &**now, inherited)?;
             let r = residual(data, &**now, &h, &ends[0])?;
             roughness::add(&mut noise, data, common.setup.rover, &r);
@@ -215,7 +221,7 @@ impl Round {
             data,
             common.predictor,
             common.null,
-            &self.null_weighed.fit,
+            &self.at_null,
             &forms,
             &self.plain,
             &mut vec![],
@@ -317,25 +323,33 @@ impl Round {
         let levels = Amplitudes::new(&noise, data, setup.kind)?;
         let levels = levels.against(previous.and_then(|p| p.0.best()));
         let mut starts = vec![fitted.x.as_slice().to_vec()];
+        // The noise of the first round is the one that the nominal law was fitted with.
+        let same = setup.kind == LogKind::Drive && fitted.is_whitened_by(&plain);
+        let known = same.then(|| fitted.known(fitted.jacobian.clone()));
         if setup.kind == LogKind::Rig {
             starts.push(vec![0.0; null.len()]);
         }
-        let null_weighed = weigh(
+        let mut null_weighed = weigh(
             data,
             predictor,
             null,
             &levels,
             &starts,
-            None,
+            known,
             again(setup.kind),
         )?;
+        let at_null = by_the_law(data, predictor, null, &null_weighed.fit, &plain)?;
+        if null_weighed.amplitude == 0.0 {
+            // Effects begin there.
+            null_weighed.plain = at_null.clone();
+        }
         let levels = levels.beside(&null_weighed);
         let mut not_asked = candidates.not_asked.clone();
         let (screen, asked): (_, Asked) = screen_all(
             data,
             predictor,
             null,
-            &null_weighed.fit,
+            &at_null,
             &candidates.effects,
             &plain,
             &mut not_asked,
@@ -370,6 +384,7 @@ impl Round {
             plain,
             levels,
             null_weighed,
+            at_null,
             screen,
             asked,
             singles,

@@ -128,6 +128,7 @@ mod tests {
             residual: DVector::zeros(1),
             jacobian: DMatrix::zeros(1, 1),
             exact: true,
+            tangent: false,
             cost,
             converged: false,
             given_up: false,

@@ -6,6 +6,7 @@ use nalgebra::{DMatrix, DVector};
 use terra_model::{AnyEffect, Hook, LaneDual};
 
 use crate::dataset::DataSet;
+use crate::error::GapError;
 use crate::fit::{Fit, evaluate, evaluate_from};
 use crate::hypothesis::Hypothesis;
 use crate::memory::Memory;
@@ -16,27 +17,44 @@ use crate::setup::Screened;
 
 pub(crate) type Asked = Vec<Arc<dyn AnyEffect>>;
 
-/// Screens every candidate at a fit; effects without a trace are set aside with that reason.
+/// A fit with residual and slopes by the law itself, whitened by this: as it is, where it ended with these.
+///
+/// # Errors
+/// Where the law has no answer there.
+pub(crate) fn by_the_law(
+    data: &DataSet,
+    predictor: &dyn Predictor,
+    hypothesis: &Hypothesis,
+    fit: &Fit,
+    whitener: &Whitener,
+) -> Result<Fit, GapError> {
+    if fit.exact && fit.is_whitened_by(whitener) {
+        return Ok(fit.clone());
+    }
+    let here = evaluate(data, predictor, hypothesis, fit.x.as_slice())?;
+    Ok(Fit {
+        residual: whitener.apply_vector(&here.residual),
+        jacobian: whitener.apply(&here.jacobian),
+        exact: true,
+        tangent: false,
+        log_det: whitener.log_det,
+        ..fit.clone()
+    })
+}
+
+/// Screens every candidate at a fit by the law itself, whitened by this; effects without a trace are set aside with that reason.
 pub(crate) fn screen_all(
     data: &DataSet,
     predictor: &dyn Predictor,
     base: &Hypothesis,
-    fit: &Fit,
+    here: &Fit,
     effects: &[Arc<dyn AnyEffect>],
     whitener: &Whitener,
     not_asked: &mut Vec<(String, String)>,
 ) -> (Vec<Screened>, Asked) {
-    let x = fit.x.as_slice();
-    let Ok(here) = evaluate(data, predictor, base, x) else {
-        return (vec![], vec![]);
-    };
-    let tangent = Tangent::of(&Fit {
-        residual: whitener.apply_vector(&here.residual),
-        jacobian: whitener.apply(&here.jacobian),
-        ..fit.clone()
-    });
+    let tangent = Tangent::of(here);
     let (mut screen, mut asked) = (vec![], vec![]);
-    let found = columns(data, predictor, base, x, effects, whitener);
+    let found = columns(data, predictor, base, here.x.as_slice(), effects, whitener);
     for (effect, column) in effects.iter().zip(found) {
         let reason = match column {
             Err(reason) => reason,

@@ -177,6 +177,7 @@ mod tests {
             residual: DVector::zeros(100),
             jacobian: DMatrix::from_fn(100, 1, |row, _| if row == 0 { 3.0 } else { 0.0 }),
             exact: true,
+            tangent: false,
             cost,
             converged: true,
             given_up: false,

@@ -315,6 +315,7 @@ mod tests {
                 residual: DVector::from_vec(vec![2.0, 0.0]),
                 jacobian: DMatrix::from_element(2, 1, 1.0),
                 exact: true,
+                tangent: false,
                 cost: 4.09,
                 converged: true,
                 given_up: false,

@@ -239,6 +239,7 @@ mod tests {
                 residual: DVector::from_element(n, variance.sqrt()),
                 jacobian: DMatrix::zeros(n, 0),
                 exact: true,
+                tangent: false,
                 cost: 0.0,
                 converged: true,
                 given_up: false,

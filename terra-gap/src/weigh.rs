@@ -161,6 +161,7 @@ pub(crate) fn weigh_at(
         residual,
         jacobian: whitener.apply(&here.jacobian),
         exact: true,
+        tangent: false,
         converged: false,
         given_up: true,
         log_det: whitener.log_det,

@@ -38,6 +38,11 @@ pub trait Real:
     /// Whether it is made for fits, to which a law right to 1e-7 is as good as an exact one.
     const FOR_FITS: bool = false;
 
+    /// Whether it may have a derivative other than zero: what is known not to vary need not be carried through.
+    #[inline]
+    fn varies(&self) -> bool {
+        true
+    }
     /// The value without derivatives.
     fn primal(self) -> Self::Primal;
     /// A constant (zero derivatives) with the given value.

@@ -282,3 +282,27 @@ fn a_way_ends_before_an_edge_beyond_which_there_are_no_slopes() {
     let end = descend(&v, WIDE, &[0.0, 0.0], None, Effort::Again).unwrap();
     assert!(!end.converged, "{:?} {}", end.x, end.cost);
 }
+
+/// A tenth of a unit from its end a straight valley needs no Jacobian but the one it began with; where it bends so that the step does
+/// not keep what was promised, others are asked for.
+#[test]
+fn a_last_step_that_keeps_its_promise_is_the_last() {
+    let asked = |bend: f64| {
+        let v = Among(Valley::new(1e3, bend, 0.1));
+        let x = on_the_floor(bend, 0.1) - 0.1_f64.sqrt() / 100.0;
+        let start = DVector::from_vec(vec![x, bend * x * x]);
+        let (residual, jacobian) = v.slopes(&start).unwrap();
+        let known = Known {
+            residual: Some(residual),
+            jacobian,
+            exact: true,
+        };
+        let before = v.0.slopes.get();
+        let end = descend(&v, WIDE, start.as_slice(), Some(known), Effort::Contest).unwrap();
+        assert!(end.converged, "{bend}");
+        (v.0.slopes.get() - before, end.exact)
+    };
+    assert_eq!(asked(0.0), (0, false));
+    let (others, exact) = asked(100.0);
+    assert!(others > 0 && exact);
+}

@@ -30,11 +30,6 @@ impl LaneDual {
         LaneDual { value, slopes }
     }
 
-    /// Whether it has derivatives.
-    pub fn varies(&self) -> bool {
-        self.slopes.is_some()
-    }
-
     /// The derivative in a variable, in one lane; zero in a variable or lane that it has not.
     pub fn slope(&self, number: usize, lane: usize) -> f64 {
         let slope = self.slopes.as_ref().and_then(|s| s.get(number));
@@ -219,6 +214,10 @@ impl Real for LaneDual {
     type Primal = Lanes;
     const FOR_FITS: bool = true;
 
+    #[inline]
+    fn varies(&self) -> bool {
+        self.slopes.is_some()
+    }
     #[inline]
     fn primal(self) -> Lanes {
         self.value

@@ -8,7 +8,7 @@ use crate::quadrature::{power_weight_slopes, rule};
 use crate::real::{Real, Root};
 
 /// What the integrals depend on beside the entry angle, in this order.
-const VARIABLES: usize = 12;
+pub(super) const VARIABLES: usize = 12;
 pub(super) const SCALE: usize = 0;
 pub(super) const EXPONENT: usize = 1;
 pub(super) const COHESION: usize = 2;
@@ -38,11 +38,11 @@ struct Change<V> {
 }
 
 impl<P: Root, const ORDER: usize> Integrator<'_, P, ORDER> {
-    /// Value and derivatives at an entry angle.
-    pub(super) fn partials(&self, entry: P) -> Partials<P> {
+    /// Value and derivatives at an entry angle, by the variables that are asked for and the angle itself.
+    pub(super) fn partials(&self, entry: P, asked: &[bool; VARIABLES]) -> Partials<P> {
         // A hump of no height still has a derivative.
         let s = &Stress {
-            humped: true,
+            humped: self.stress.humped || asked[HUMP],
             ..self.stress
         };
         let at = s.at(entry.spread());
@@ -77,12 +77,18 @@ impl<P: Root, const ORDER: usize> Integrator<'_, P, ORDER> {
 
             // Through m alone.
             for (k, dm) in [(COHESION, plain), (FRICTION, sigma)] {
+                if !asked[k] {
+                    continue;
+                }
                 by[k][0] += dm * up;
                 by[k][1] += dm * along;
                 by[k][3] += dm * all;
             }
             // Through the normal stress alone.
             for &(k, ds) in through_sigma {
+                if !asked[k] {
+                    continue;
+                }
                 let dm = ds * s.tan_friction;
                 by[k][0] += ds.mul_add(cos, dm * up);
                 by[k][1] += dm * along;
@@ -99,6 +105,9 @@ impl<P: Root, const ORDER: usize> Integrator<'_, P, ORDER> {
                 ]
             });
             for (q, k) in [PER_MODULUS, SLIP, HUMP].into_iter().enumerate() {
+                if !asked[k] {
+                    continue;
+                }
                 let (de_f, de_b) = (m * lengths[0] * shears[0][q], m * lengths[1] * shears[1][q]);
                 by[k][0] += de_f.mul_add(f.sin, de_b * b.sin);
                 by[k][1] += de_f.mul_add(f.cos, de_b * b.cos);
@@ -128,26 +137,30 @@ impl<P: Root, const ORDER: usize> Integrator<'_, P, ORDER> {
             };
             let (fall_f, fall_b) = (fall(&f), fall(&b));
             // θF = θ1 (1 - u + a u): both angles move by θ1 u.
-            let shift = at.entry * u;
-            let sigma_apex = -(per_depth * f.sin * shift);
             let one = P::Nodes::one();
-            moves(
-                APEX,
-                Change {
-                    sigma: sigma_apex,
-                    m: sigma_apex * s.tan_friction,
-                    branch: [[fall_f * shift, shift, -one], [fall_b * shift, shift, one]],
-                },
-            );
-            let back = at.entry * (u - 1.0);
-            moves(
-                EXIT,
-                Change {
-                    sigma: zero,
-                    m: zero,
-                    branch: [[zero; 3], [fall_b * back, back, one]],
-                },
-            );
+            if asked[APEX] {
+                let shift = at.entry * u;
+                let sigma = -(per_depth * f.sin * shift);
+                moves(
+                    APEX,
+                    Change {
+                        sigma,
+                        m: sigma * s.tan_friction,
+                        branch: [[fall_f * shift, shift, -one], [fall_b * shift, shift, one]],
+                    },
+                );
+            }
+            if asked[EXIT] {
+                let back = at.entry * (u - 1.0);
+                moves(
+                    EXIT,
+                    Change {
+                        sigma: zero,
+                        m: zero,
+                        branch: [[zero; 3], [fall_b * back, back, one]],
+                    },
+                );
+            }
             let sigma_entry = per_depth * at.deepening(&f);
             let grow = |p: &Point<P::Nodes>| {
                 (at.growth - s.growth(p.angle, p.versine)) * s.per_modulus * p.slope
@@ -247,46 +260,79 @@ impl<P: Root> Partials<P> {
         entry: P,
         load: T,
     ) -> (T, Integrals<T>) {
-        let g = &wheel.ground;
-        let mut variables = [T::zero(); VARIABLES];
-        variables[SCALE] = g.stiffness * wheel.radius.pow_pos(g.exponent);
-        variables[EXPONENT] = g.exponent;
-        variables[COHESION] = g.cohesion;
-        variables[FRICTION] = g.tan_friction;
-        variables[PER_MODULUS] = wheel.shear_radius / g.shear_modulus;
-        variables[SLIP] = g.slip;
-        variables[APEX] = g.apex_ratio;
-        variables[EXIT] = wheel.exit_ratio;
-        variables[HUMP] = wheel.hump;
-        if let Some((depth, stiffness)) = wheel.layer {
-            variables[LAYER_DEPTH] = depth;
-            variables[LAYER_STIFFNESS] = stiffness;
-            variables[RADIUS] = wheel.radius;
-        }
-        let changes = variables.map(|x| x - T::from_primal(x.primal()));
         let carried = self.by[ENTRY][0];
-        // d ln θ1 and the integrals, each as value + Σ coefficient * change.
+        // d ln θ1 and the integrals, each as value + Σ coefficient * change; the step comes from nothing but the load's.
+        let rates: [P; 4] = std::array::from_fn(|q| {
+            let by_entry = if q == 0 { P::one() } else { self.by[ENTRY][q] };
+            by_entry / carried
+        });
         let residual = load - T::from_primal(self.value[0]);
-        let follow = |value: P, by_entry: P, by: &dyn Fn(usize) -> P| {
-            let rate = by_entry / carried;
-            let mut sum = residual.scaled(rate) + T::from_primal(value);
-            for (k, change) in changes.iter().enumerate() {
-                sum.add_scaled(change, by(k) - rate * self.by[k][0]);
+        let mut sums: [T; 4] = std::array::from_fn(|q| {
+            let value = if q == 0 { P::zero() } else { self.value[q] };
+            residual.scaled(rates[q]) + T::from_primal(value)
+        });
+        let asked = wheel.asks().into_iter().enumerate();
+        for (k, _) in asked.filter(|(_, asked)| *asked) {
+            let variable = wheel.variable(k);
+            let change = variable - T::from_primal(variable.primal());
+            for (q, sum) in sums.iter_mut().enumerate() {
+                let by = if q == 0 { P::zero() } else { self.by[k][q] };
+                sum.add_scaled(&change, by - rates[q] * self.by[k][0]);
             }
-            sum
-        };
-        let step = follow(P::zero(), P::one(), &|_| P::zero());
-        let integral = |q: usize| follow(self.value[q], self.by[ENTRY][q], &|k| self.by[k][q]);
+        }
+        let [step, thrust, compaction, shear] = sums;
         let entry = T::from_primal(entry);
         (
             entry + entry * step,
             Integrals {
                 load,
-                thrust: integral(1),
-                compaction: integral(2),
-                shear: integral(3),
+                thrust,
+                compaction,
+                shear,
                 lateral: T::zero(),
             },
         )
+    }
+}
+
+impl<T: Real> Wheel<T> {
+    /// What varies of the integrals' variables.
+    pub(super) fn asks(&self) -> [bool; VARIABLES] {
+        let g = &self.ground;
+        let mut asks = [false; VARIABLES];
+        asks[SCALE] = g.stiffness.varies() || self.radius.varies() || g.exponent.varies();
+        asks[EXPONENT] = g.exponent.varies();
+        asks[COHESION] = g.cohesion.varies();
+        asks[FRICTION] = g.tan_friction.varies();
+        asks[PER_MODULUS] = self.shear_radius.varies() || g.shear_modulus.varies();
+        asks[SLIP] = g.slip.varies();
+        asks[APEX] = g.apex_ratio.varies();
+        asks[EXIT] = self.exit_ratio.varies();
+        asks[HUMP] = self.hump.varies();
+        if let Some((depth, stiffness)) = &self.layer {
+            asks[LAYER_DEPTH] = depth.varies();
+            asks[LAYER_STIFFNESS] = stiffness.varies();
+            asks[RADIUS] = self.radius.varies();
+        }
+        asks
+    }
+
+    /// One of the integrals' variables.
+    fn variable(&self, k: usize) -> T {
+        let g = &self.ground;
+        match k {
+            SCALE => g.stiffness * self.radius.pow_pos(g.exponent),
+            EXPONENT => g.exponent,
+            COHESION => g.cohesion,
+            FRICTION => g.tan_friction,
+            PER_MODULUS => self.shear_radius / g.shear_modulus,
+            SLIP => g.slip,
+            APEX => g.apex_ratio,
+            EXIT => self.exit_ratio,
+            HUMP => self.hump,
+            LAYER_DEPTH => self.layer.map_or_else(T::zero, |layer| layer.0),
+            LAYER_STIFFNESS => self.layer.map_or_else(T::zero, |layer| layer.1),
+            _ => self.radius,
+        }
     }
 }

@@ -5,7 +5,7 @@
 
 use std::cell::Cell;
 
-use super::gradient::Partials;
+use super::gradient::{Partials, VARIABLES};
 use super::kernel::{Integrator, Sums};
 use super::wheel::{Integrals, Wheel};
 use crate::contact::Contact;
@@ -157,11 +157,12 @@ pub(super) fn balance<T: Real, const COARSE: usize, const FINE: usize>(
     let primal = wheel.map(T::primal);
     let (load, slip) = (at.normal_load.primal(), at.slip.primal());
     iterate::<T::Primal, COARSE, FINE, _>(&primal, load, slip, from, |entry, integrals, fine| {
-        if is_plain::<T>() {
+        let carried = at.normal_load / (wheel.radius * wheel.width);
+        let asked = wheel.asks();
+        if is_plain::<T>() || (!carried.varies() && asked == [false; VARIABLES]) {
             return (T::from_primal(entry), integrals.map(T::from_primal));
         }
-        let carried = at.normal_load / (wheel.radius * wheel.width);
-        fine.partials(entry).balanced(wheel, entry, carried)
+        fine.partials(entry, &asked).balanced(wheel, entry, carried)
     })
 }
 
@@ -172,7 +173,7 @@ pub(super) fn partials<const COARSE: usize, const FINE: usize>(
 ) -> Result<(f64, Integrals<f64>, Partials<f64>), ModelError> {
     let (load, slip) = (at.normal_load, at.slip);
     iterate::<f64, COARSE, FINE, _>(wheel, load, slip, Start::Guess, |entry, integrals, fine| {
-        (entry, integrals, fine.partials(entry))
+        (entry, integrals, fine.partials(entry, &[true; VARIABLES]))
     })
 }
 
