@@ -338,7 +338,9 @@ impl Round {
             known,
             again(setup.kind),
         )?;
-        let at_null = by_the_law(data, predictor, null, &null_weighed.fit, &plain)?;
+        // At the edge of what the soil carries the law may have no slopes: then those stand that its fit carried there.
+        let at_null = by_the_law(data, predictor, null, &null_weighed.fit, &plain)
+            .unwrap_or_else(|_| null_weighed.fit.clone());
         if null_weighed.amplitude == 0.0 {
             // Effects begin there.
             null_weighed.plain = at_null.clone();

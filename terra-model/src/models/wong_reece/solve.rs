@@ -157,10 +157,14 @@ pub(super) fn balance<T: Real, const COARSE: usize, const FINE: usize>(
     let primal = wheel.map(T::primal);
     let (load, slip) = (at.normal_load.primal(), at.slip.primal());
     iterate::<T::Primal, COARSE, FINE, _>(&primal, load, slip, from, |entry, integrals, fine| {
+        let constant = || (T::from_primal(entry), integrals.map(T::from_primal));
+        if is_plain::<T>() {
+            return constant();
+        }
         let carried = at.normal_load / (wheel.radius * wheel.width);
         let asked = wheel.asks();
-        if is_plain::<T>() || (!carried.varies() && asked == [false; VARIABLES]) {
-            return (T::from_primal(entry), integrals.map(T::from_primal));
+        if !carried.varies() && asked == [false; VARIABLES] {
+            return constant();
         }
         fine.partials(entry, &asked).balanced(wheel, entry, carried)
     })
