@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use super::gradient::{APEX, COHESION, EXPONENT, FRICTION, PER_MODULUS, SCALE, SLIP};
+use super::gradient::{APEX, COHESION, EXPONENT, FRICTION, PER_MODULUS, SCALE, SLIP, VARIABLES};
 use super::{COARSE, FINE, WongReece, solve};
 use crate::contact::Contact;
 use crate::error::ModelError;
@@ -17,7 +17,11 @@ pub(super) fn slopes(p: &[f64], at: &Contact<f64>) -> Result<Option<ForceSlopes>
     if wheel.lateral.is_some() {
         return Ok(None);
     }
-    let (entry, integrals, partials) = solve::partials::<COARSE, FINE>(&wheel, at)?;
+    let mut asked = [false; VARIABLES];
+    for k in [SCALE, EXPONENT, COHESION, FRICTION, PER_MODULUS, SLIP, APEX] {
+        asked[k] = true;
+    }
+    let (entry, integrals, partials) = solve::partials::<COARSE, FINE>(&wheel, at, &asked)?;
     let (hooks, g) = (&at.hooks, &wheel.ground);
     let area = wheel.radius * wheel.width;
 

@@ -170,14 +170,15 @@ pub(super) fn balance<T: Real, const COARSE: usize, const FINE: usize>(
     })
 }
 
-/// The entry angle, the integrals there and their partial derivatives.
+/// The entry angle, the integrals there and their partial derivatives by the variables that are asked for.
 pub(super) fn partials<const COARSE: usize, const FINE: usize>(
     wheel: &Wheel<f64>,
     at: &Contact<f64>,
+    asked: &[bool; VARIABLES],
 ) -> Result<(f64, Integrals<f64>, Partials<f64>), ModelError> {
     let (load, slip) = (at.normal_load, at.slip);
     iterate::<f64, COARSE, FINE, _>(wheel, load, slip, Start::Guess, |entry, integrals, fine| {
-        (entry, integrals, fine.partials(entry, &[true; VARIABLES]))
+        (entry, integrals, fine.partials(entry, asked))
     })
 }
 
