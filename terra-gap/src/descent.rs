@@ -12,6 +12,7 @@
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use crate::error::GapError;
+use crate::memory::Remembered;
 
 mod model;
 use model::{Model, Point, acceleration};
@@ -111,15 +112,18 @@ pub(crate) struct Known {
     pub jacobian: DMatrix<f64>,
     /// Whether that is exact, and not of a place nearby or carried along.
     pub exact: bool,
+    /// Where the solvers of that other way ended.
+    pub near: Remembered,
 }
 
 impl Known {
-    /// A Jacobian of a place nearby.
-    pub(crate) fn nearby(jacobian: DMatrix<f64>) -> Self {
+    /// A Jacobian of a place nearby, and what is remembered there.
+    pub(crate) fn nearby(jacobian: DMatrix<f64>, near: &Remembered) -> Self {
         Known {
             residual: None,
             jacobian,
             exact: false,
+            near: near.clone(),
         }
     }
 
@@ -129,6 +133,7 @@ impl Known {
             residual: self.residual.as_ref().map(|r| r.select_rows(rows)),
             jacobian: self.jacobian.select_rows(rows),
             exact: self.exact,
+            near: self.near.clone(),
         }
     }
 }

@@ -70,7 +70,21 @@ const RAW: usize = 20;
 const NODES: usize = 2;
 
 /// Entry angles of four wheels \[rad\], where they are known.
-type Entries<P> = [Option<P>; 4];
+#[derive(Clone, Copy)]
+struct Entries<P> {
+    of: [Option<P>; 4],
+    /// Whether they were found for these very parameters.
+    here: bool,
+}
+
+impl<P> Entries<P> {
+    const fn unknown() -> Self {
+        Entries {
+            of: [const { None }; 4],
+            here: false,
+        }
+    }
+}
 
 #[derive(Clone, Debug)]
 pub(crate) struct Window {
@@ -268,9 +282,10 @@ impl DrivePredictor {
             // In reverse the rear axle leads, and the front axle runs in its rut.
             let leads = (q < 2) == given.forwards;
             at.earlier_passes = given.earlier_passes + if leads { 0.0 } else { 1.0 };
-            at.near = near[q].map(T::from_primal);
+            at.near = near.of[q].map(T::from_primal);
+            at.near_is_here = near.here;
             let forces = law.forces_under(p, &mut at)?;
-            near[q] = forces.angles.map(|a| a.entry.primal());
+            near.of[q] = forces.angles.map(|a| a.entry.primal());
             pull[q] = forces.drawbar_pull * direction;
             side_moment += ahead * forces.lateral_force;
             torque[q] = vehicle.wheel_inertia * raw[WHEEL_RATE + q]
@@ -353,7 +368,7 @@ impl Predict for DrivePredictor {
         let window = &self.windows[index];
         let p = &*of_log(law, p, self.soils, window.log);
         let offsets = window.nodes.iter().map(|&offset| T::from(offset));
-        let near = &mut [[None; 4]; NODES];
+        let near = &mut [const { Entries::unknown() }; NODES];
         let predicted = self.mean_readings(law, p, &Given::from(window), raw, offsets, near)?;
         Ok(window
             .measured

@@ -8,7 +8,7 @@ pub(crate) use crate::descent::{Effort, Known};
 use crate::descent::{End, Residuals, descend};
 use crate::error::GapError;
 use crate::hypothesis::Hypothesis;
-use crate::memory::Memory;
+use crate::memory::{Memory, Remembered};
 use crate::noise::Whitener;
 use crate::predictor::{Predictor, varying};
 
@@ -35,6 +35,8 @@ pub struct Fit {
     pub log_det: f64,
     /// Components that ended on a bound.
     pub at_bound: Vec<bool>,
+    /// Where its solvers ended.
+    pub(crate) near: Remembered,
 }
 
 impl Fit {
@@ -54,6 +56,7 @@ impl Fit {
             residual: (!self.tangent).then(|| self.residual.clone()),
             jacobian,
             exact: self.exact,
+            near: self.near.clone(),
         }
     }
 
@@ -68,7 +71,7 @@ impl Fit {
     }
 }
 
-/// Residual and Jacobian of all observations, not whitened.
+/// Residual and Jacobian of all observations, not whitened; with what a fit remembers that ended there or near there.
 ///
 /// # Errors
 /// Where the model has no answer.
@@ -77,8 +80,10 @@ pub(crate) fn evaluate(
     predictor: &dyn Predictor,
     hypothesis: &Hypothesis,
     x: &[f64],
+    near: &Remembered,
 ) -> Result<Stacked, GapError> {
-    evaluate_from(data, predictor, hypothesis, x, 0, &Memory::none())
+    let memory = Memory::after(near, predictor.contacts());
+    evaluate_from(data, predictor, hypothesis, x, 0, &memory)
 }
 
 /// The same, but only the columns of the Jacobian from one on.
@@ -204,7 +209,10 @@ pub(crate) fn fit_near(
         predictor,
         hypothesis,
         whitener,
-        memory: Memory::of(predictor.contacts()),
+        memory: known.as_ref().map_or_else(
+            || Memory::of(predictor.contacts()),
+            |known| Memory::after(&known.near, predictor.contacts()),
+        ),
     };
     let known = known.filter(|k| k.jacobian.shape() == (data.len(), start.len()));
     let End {
@@ -230,6 +238,7 @@ pub(crate) fn fit_near(
         given_up,
         log_det: whitener.log_det,
         at_bound,
+        near: problem.memory.remembered(),
     })
 }
 
@@ -349,6 +358,7 @@ mod tests {
                 given_up: false,
                 log_det: 0.0,
                 at_bound: vec![false, bounded],
+                near: Remembered::default(),
             }
         };
         let curvature = slopes.tr_mul(&slopes) + DMatrix::identity(2, 2);

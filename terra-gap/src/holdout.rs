@@ -413,6 +413,7 @@ mod tests {
             given_up: false,
             log_det: 0.0,
             at_bound: vec![false; 2],
+            near: crate::memory::Remembered::default(),
         };
         let cases = [
             (98.0, 0.7),

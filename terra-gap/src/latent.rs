@@ -158,6 +158,7 @@ mod tests {
     use crate::dataset::{ChannelInfo, Factors, Observation};
     use crate::fit::evaluate;
     use crate::kinematic::UniformSlip;
+    use crate::memory::Remembered;
     use crate::predictor::{Design, Predict};
     use crate::soil_space::SoilSpace;
 
@@ -254,7 +255,7 @@ mod tests {
         for _ in 0..30 {
             let noise = NoiseModel::propagate(&data, &*now, &hypothesis, &x).unwrap();
             let whitener = noise.whitener(&data).unwrap();
-            let here = evaluate(&data, &*now, &hypothesis, &x).unwrap();
+            let here = evaluate(&data, &*now, &hypothesis, &x, &Remembered::default()).unwrap();
             let r = whitener.apply_vector(&here.residual);
             let slope = whitener.apply(&here.jacobian).column(0).into_owned();
             x[0] += slope.dot(&r) / slope.norm_squared();

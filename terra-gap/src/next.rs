@@ -116,7 +116,14 @@ fn forecasts(design: &Design, rivals: &[(String, f64, &Weighed)]) -> Option<Vec<
         .iter()
         .map(|(_, _, rival)| {
             let x = rival.fit.x.as_slice();
-            let s = evaluate(&data, &*design.predictor, &rival.hypothesis, x).ok()?;
+            let s = evaluate(
+                &data,
+                &*design.predictor,
+                &rival.hypothesis,
+                x,
+                &rival.fit.near,
+            )
+            .ok()?;
             let root = rival.posterior.covariance.clone().cholesky()?.unpack();
             // The measured values are common to all rivals, so the residual's sign and offset do not matter.
             Some(Forecast {

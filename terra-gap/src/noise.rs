@@ -12,6 +12,7 @@ use crate::dataset::{DataSet, Observation};
 use crate::error::GapError;
 use crate::fit::evaluate;
 use crate::hypothesis::Hypothesis;
+use crate::memory::Remembered;
 use crate::predictor::{Predictor, RawSlopes, raw_slopes};
 
 /// Length of the discrepancy in slip.
@@ -79,7 +80,8 @@ impl NoiseModel {
         inherited: Option<&Inherited>,
     ) -> Result<Self, GapError> {
         if let Some(i) = inherited {
-            let slopes = evaluate(data, predictor, &i.hypothesis, &i.x)?.jacobian;
+            let slopes =
+                evaluate(data, predictor, &i.hypothesis, &i.x, &Remembered::default())?.jacobian;
             self.common = Some(slopes * &i.root);
             for block in &mut self.blocks {
                 *block *= i.excess;

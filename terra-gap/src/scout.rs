@@ -134,6 +134,7 @@ mod tests {
             given_up: false,
             log_det: 0.0,
             at_bound: vec![false],
+            near: crate::memory::Remembered::default(),
         };
         let left = |apart: f64| {
             let mut all: Vec<(usize, Fit)> =

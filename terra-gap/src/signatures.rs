@@ -9,7 +9,7 @@ use crate::dataset::DataSet;
 use crate::error::GapError;
 use crate::fit::{Fit, evaluate, evaluate_from};
 use crate::hypothesis::Hypothesis;
-use crate::memory::Memory;
+use crate::memory::{Memory, Remembered};
 use crate::noise::Whitener;
 use crate::predictor::Predictor;
 use crate::screen::Tangent;
@@ -31,7 +31,7 @@ pub(crate) fn by_the_law(
     if fit.exact && fit.is_whitened_by(whitener) {
         return Ok(fit.clone());
     }
-    let here = evaluate(data, predictor, hypothesis, fit.x.as_slice())?;
+    let here = evaluate(data, predictor, hypothesis, fit.x.as_slice(), &fit.near)?;
     Ok(Fit {
         residual: whitener.apply_vector(&here.residual),
         jacobian: whitener.apply(&here.jacobian),
@@ -54,7 +54,8 @@ pub(crate) fn screen_all(
 ) -> (Vec<Screened>, Asked) {
     let tangent = Tangent::of(here);
     let (mut screen, mut asked) = (vec![], vec![]);
-    let found = columns(data, predictor, base, here.x.as_slice(), effects, whitener);
+    let x = here.x.as_slice();
+    let found = columns(data, predictor, base, x, &here.near, effects, whitener);
     for (effect, column) in effects.iter().zip(found) {
         let reason = match column {
             Err(reason) => reason,
@@ -89,11 +90,12 @@ pub(crate) fn columns(
     predictor: &dyn Predictor,
     base: &Hypothesis,
     x: &[f64],
+    near: &Remembered,
     effects: &[Arc<dyn AnyEffect>],
     whitener: &Whitener,
 ) -> Vec<Result<DVector<f64>, String>> {
     // All of them ask for the same contacts.
-    let memory = Memory::of(predictor.contacts());
+    let memory = Memory::after(near, predictor.contacts());
     let of = |pack: &[usize]| -> Result<DMatrix<f64>, String> {
         let mut together = base.clone();
         let mut firsts = vec![];

@@ -254,8 +254,8 @@ impl Thin {
         effects: &[Arc<dyn AnyEffect>],
     ) -> Result<Begun, GapError> {
         let x = end.x.as_slice();
-        let here = evaluate(&self.data, predictor, null, x)?;
-        let columns = columns(&self.data, predictor, null, x, effects, noise);
+        let here = evaluate(&self.data, predictor, null, x, &end.near)?;
+        let columns = columns(&self.data, predictor, null, x, &end.near, effects, noise);
         let finite = |c: &DVector<f64>| c.iter().all(|v| v.is_finite());
         Ok(Begun {
             end: Fit {
@@ -303,6 +303,7 @@ mod tests {
     use nalgebra::DMatrix;
 
     use super::*;
+    use crate::memory::Remembered;
 
     /// Data that lie above the law draw an effect that raises it away from zero, and one that lowers it against its bound: that one
     /// begins at a size of its own, unless it has no bound. One that cannot stand in the law is asked by itself.
@@ -321,6 +322,7 @@ mod tests {
                 given_up: false,
                 log_det: 0.0,
                 at_bound: vec![false],
+                near: Remembered::default(),
             },
             columns: vec![column(1.0), column(-1.0), None],
         };

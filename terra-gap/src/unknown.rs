@@ -245,6 +245,7 @@ mod tests {
                 given_up: false,
                 log_det: 0.0,
                 at_bound: vec![],
+                near: crate::memory::Remembered::default(),
             };
             scatter_gain(&data, &fit)
         };

@@ -154,7 +154,13 @@ pub(crate) fn weigh_at(
     before: &Fit,
 ) -> Result<Weighed, GapError> {
     let whitener = &amplitudes.plain;
-    let here = evaluate(data, predictor, hypothesis, before.x.as_slice())?;
+    let here = evaluate(
+        data,
+        predictor,
+        hypothesis,
+        before.x.as_slice(),
+        &before.near,
+    )?;
     let residual = whitener.apply_vector(&here.residual);
     let fit = Fit {
         cost: residual.norm_squared() + before.x.norm_squared(),
@@ -167,6 +173,7 @@ pub(crate) fn weigh_at(
         log_det: whitener.log_det,
         x: before.x.clone(),
         at_bound: before.at_bound.clone(),
+        near: before.near.clone(),
     };
     let posterior = posterior(hypothesis, &fit);
     Ok(Weighed {

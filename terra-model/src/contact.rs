@@ -156,6 +156,8 @@ pub struct Contact<T> {
     /// Entry angle \[rad\] of the same contact a little elsewhere, where a search for it may begin. Forces do not depend on it but
     /// for less than the model's tolerance.
     pub near: Option<T>,
+    /// Whether that was found for these very numbers.
+    pub near_is_here: bool,
 }
 
 impl<T: Real> Contact<T> {
@@ -178,6 +180,7 @@ impl<T: Real> Contact<T> {
             time: zero,
             hooks: Hooks::neutral(),
             near: None,
+            near_is_here: false,
         }
     }
 }
@@ -208,6 +211,7 @@ impl<T: Real> Contact<T> {
             time: f(self.time),
             hooks: self.hooks.map(f),
             near: self.near.map(f),
+            near_is_here: self.near_is_here,
         }
     }
 }

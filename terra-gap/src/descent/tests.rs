@@ -129,7 +129,7 @@ fn a_carried_jacobian_ends_near_the_exact_end() {
     let near = exact.x.map(|x| x + 0.01);
     let asked = v.slopes.get();
     let j = v.slopes(&near).unwrap().1;
-    let known = Some(Known::nearby(j));
+    let known = Some(Known::nearby(j, &Remembered::default()));
     let carried = descend(&v, WIDE, near.as_slice(), known, Effort::Carried).unwrap();
     assert!(carried.cost - exact.cost < 0.02);
     assert_eq!(v.slopes.get(), asked + 1);
@@ -145,6 +145,7 @@ fn what_is_known_of_a_start_is_not_asked_again() {
         residual: Some(residual),
         jacobian,
         exact: true,
+        near: Remembered::default(),
     };
     let asked = |bounds: (&[f64], &[f64]), known: Option<Known>| {
         let before = (v.values.get(), v.slopes.get());
@@ -296,6 +297,7 @@ fn a_last_step_that_keeps_its_promise_is_the_last() {
             residual: Some(residual),
             jacobian,
             exact: true,
+            near: Remembered::default(),
         };
         let before = v.0.slopes.get();
         let end = descend(&v, WIDE, start.as_slice(), Some(known), Effort::Contest).unwrap();

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use terra_model::{LaneDual, Lanes, Law, Scalar, Vector};
+use terra_model::{LaneDual, Lanes, Law, Real, Scalar, Vector};
 
 use super::{DrivePredictor, Entries, Given, NODES, RAW, SPEED, VALUES, WHEEL, Window, YAW_RATE};
 use crate::abreast::{self, WORTH, in_groups, side_by_side};
@@ -49,24 +49,18 @@ pub(super) fn residuals(
     memory: &Memory,
 ) -> Result<Vec<Vec<f64>>, GapError> {
     let in_lanes: Vec<Lanes> = p.iter().map(|&v| Lanes::from(v)).collect();
-    memory.end(in_groups(
+    let last = Last::of(memory, p.iter().copied());
+    let found = in_groups(
         indices,
         |i| Kind::of(predictor, &predictor.windows[i]),
         WORTH,
         |windows| {
             let of_lane = |residual: &Lanes, lane| residual.lane(lane);
-            together(
-                predictor,
-                law,
-                &in_lanes,
-                windows,
-                |_, x| x,
-                of_lane,
-                memory,
-            )
+            together(predictor, law, &in_lanes, windows, |_, x| x, of_lane, &last)
         },
         |i| predictor.residual(law, p, i, &predictor.raw(i)),
-    ))
+    );
+    memory.end(found, p.iter().copied())
 }
 
 /// The same with their slopes.
@@ -81,17 +75,20 @@ pub(super) fn slopes(
     indices: &[usize],
     memory: &Memory,
 ) -> Result<Vec<Vec<Sloped>>, GapError> {
+    let at = || p.iter().map(|p| p.primal().lane(0));
+    let last = Last::of(memory, at());
     let together = |windows: &[usize]| {
         let raw = |k, x| varying(k, x, varied);
-        together(predictor, law, p, windows, raw, Sloped::of_lane, memory)
+        together(predictor, law, p, windows, raw, Sloped::of_lane, &last)
     };
-    memory.end(in_groups(
+    let found = in_groups(
         indices,
         |i| Kind::of(predictor, &predictor.windows[i]),
         1,
         together,
         |i| Ok(together(&[i])?.concat()),
-    ))
+    );
+    memory.end(found, at())
 }
 
 /// What a braked wheel costs, a driven one being 1: its stresses are integrated in pieces.
@@ -112,6 +109,22 @@ impl abreast::Kind for Kind {
     }
 }
 
+/// What the last evaluation left.
+struct Last<'m> {
+    memory: &'m Memory,
+    /// Whether it was at the parameters that are asked for now.
+    here: bool,
+}
+
+impl<'m> Last<'m> {
+    fn of(memory: &'m Memory, p: impl Iterator<Item = f64>) -> Self {
+        Last {
+            memory,
+            here: memory.is_at(p),
+        }
+    }
+}
+
 /// Up to eight windows of one kind at once. `raw`: a raw quantity by its place; `of_lane`: what is wanted of a residual.
 fn together<T: Scalar<Primal = Lanes>, A>(
     predictor: &DrivePredictor,
@@ -120,7 +133,7 @@ fn together<T: Scalar<Primal = Lanes>, A>(
     windows: &[usize],
     raw: impl Fn(usize, Lanes) -> T,
     of_lane: impl Fn(&T, usize) -> A,
-    memory: &Memory,
+    last: &Last<'_>,
 ) -> Result<Vec<Vec<A>>, GapError> {
     let indices = windows;
     let windows: Vec<&Window> = windows.iter().map(|&i| &predictor.windows[i]).collect();
@@ -141,9 +154,9 @@ fn together<T: Scalar<Primal = Lanes>, A>(
     let raw: [T; RAW] = std::array::from_fn(|k| raw(k, gather(&|w| w.raw[k])));
     let p = &*of_log(law, p, predictor.soils, first.log);
     let offsets = (0..first.nodes.len()).map(|k| lift(&|w| w.nodes[k]));
-    let mut near = remembered(indices, memory);
+    let mut near = remembered(indices, last);
     let predicted = predictor.mean_readings(law, p, &given, &raw, offsets, &mut near)?;
-    remember(indices, &near, memory);
+    remember(indices, &near, last.memory);
     let residual: [T; VALUES] = std::array::from_fn(|k| raw[k] - predicted[k]);
     let of_window = |(lane, window): (usize, &&Window)| {
         let each = window.measured.iter();
@@ -158,19 +171,22 @@ fn contact(window: usize, node: usize, wheel: usize) -> usize {
 }
 
 /// The entry angles of windows side by side, where all of them are known.
-fn remembered(windows: &[usize], memory: &Memory) -> [Entries<Lanes>; NODES] {
+fn remembered(windows: &[usize], last: &Last<'_>) -> [Entries<Lanes>; NODES] {
     let known = |node: usize, wheel: usize| {
-        let of = |&window: &usize| memory.get(contact(window, node, wheel));
+        let of = |&window: &usize| last.memory.get(contact(window, node, wheel));
         let all: Option<Vec<f64>> = windows.iter().map(of).collect();
         all.map(|all| side_by_side(&all, |entry| *entry))
     };
-    std::array::from_fn(|node| std::array::from_fn(|wheel| known(node, wheel)))
+    std::array::from_fn(|node| Entries {
+        of: std::array::from_fn(|wheel| known(node, wheel)),
+        here: last.here,
+    })
 }
 
 /// Keeps them.
 fn remember(windows: &[usize], found: &[Entries<Lanes>; NODES], memory: &Memory) {
     for (node, wheels) in found.iter().enumerate() {
-        for (wheel, entries) in wheels.iter().enumerate() {
+        for (wheel, entries) in wheels.of.iter().enumerate() {
             for (lane, &window) in windows.iter().enumerate() {
                 if let Some(entries) = entries {
                     memory.keep(contact(window, node, wheel), entries.lane(lane));
@@ -237,12 +253,34 @@ mod tests {
             // What a fit remembers from nearby changes nothing but the last digits.
             let memory = Memory::of(predictor.contacts());
             let nearby: Vec<f64> = p.iter().map(|v| 1.02 * v).collect();
-            for at in [&nearby, &p] {
+            for at in [&nearby, &p, &p] {
                 let again = predictor.residuals(&law, at, &indices, &memory).unwrap();
                 let anew = predictor.residuals(&law, at, &indices, &Memory::none());
                 let both = again.concat().into_iter().zip(anew.unwrap().concat());
                 for (a, b) in both {
                     assert!((a - b).abs() < 1e-6 * (1.0 + b.abs()), "{model}: {a} {b}");
+                }
+            }
+            // Nor does it to slopes, at these very parameters and a little elsewhere.
+            for at in [&p, &nearby] {
+                let seeded = at.iter().enumerate();
+                let seeded: Vec<LaneDual> = seeded
+                    .map(|(k, &v)| varying(k, v.into(), &(0..8)))
+                    .collect();
+                let slopes = |memory: &Memory| {
+                    let found = predictor.slopes(&law, &seeded, &(0..0), &indices, memory);
+                    found.unwrap().concat()
+                };
+                let (near, anew) = (slopes(&memory), slopes(&Memory::none()));
+                let largest = |k: usize| anew.iter().map(|s| s.slopes[k].abs()).fold(0.0, f64::max);
+                let largest: Vec<f64> = (0..8).map(largest).collect();
+                for (a, b) in near.iter().zip(&anew) {
+                    let value = (a.value - b.value).abs();
+                    assert!(value < 1e-6 * (1.0 + b.value.abs()), "{model}");
+                    for (k, largest) in largest.iter().enumerate() {
+                        let (a, b) = (a.slopes[k], b.slopes[k]);
+                        assert!((a - b).abs() < 1e-5 * largest, "{model} {k}: {a} {b}");
+                    }
                 }
             }
             for (&i, found) in indices.iter().zip(&abreast) {

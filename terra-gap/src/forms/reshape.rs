@@ -75,7 +75,7 @@ fn as_if_there(ground: &Ground<'_, '_>, x: &DVector<f64>) -> Option<DVector<f64>
 
 /// A fit moved to another place, with the law's slopes there; none where there is no answer.
 fn there(ground: &Ground<'_, '_>, h: &Hypothesis, x: &DVector<f64>, fit: &Fit) -> Option<Fit> {
-    let memory = Memory::of(ground.predictor.contacts());
+    let memory = Memory::after(&fit.near, ground.predictor.contacts());
     let there = evaluate_from(ground.data, ground.predictor, h, x.as_slice(), 0, &memory).ok()?;
     let residual = ground.whitener.apply_vector(&there.residual);
     let jacobian = ground.whitener.apply(&there.jacobian);
@@ -129,7 +129,7 @@ impl Reshaped {
         let mut at = fit.x.as_slice().to_vec();
         at.resize(h.len(), 0.0);
         let (data, predictor) = (ground.data, ground.predictor);
-        let memory = Memory::of(predictor.contacts());
+        let memory = Memory::after(&fit.near, predictor.contacts());
         let columns = evaluate_from(data, predictor, &h, &at, fit.x.len(), &memory).ok()?;
         let columns = ground.whitener.apply(&columns.jacobian);
         let mut left: Vec<(Term, DVector<f64>)> = others

@@ -17,9 +17,11 @@ use terra_model::{AnyEffect, Vehicle};
 use crate::dataset::{ChannelInfo, DataSet, Factors};
 use crate::drive::{DrivePredictor, Taken};
 use crate::error::GapError;
-use crate::fit::evaluate;
+use crate::fit::evaluate_from;
 use crate::hypothesis::Hypothesis;
+use crate::memory::Memory;
 use crate::noise::NoiseModel;
+use crate::predictor::Predict;
 use crate::signatures::columns;
 
 /// Share of a signature that must be left after the soil is projected out; a score of less would be about rounding and the
@@ -99,7 +101,9 @@ impl Nominal {
             noise.add_channel_variance(&data, c, *variance);
         }
         let whitener = noise.whitener(&data)?;
-        let here = evaluate(&data, &predictor, &self.null, &self.x)?;
+        let memory = Memory::of(predictor.contacts());
+        let here = evaluate_from(&data, &predictor, &self.null, &self.x, 0, &memory)?;
+        let near = memory.remembered();
         let r = whitener.apply_vector(&here.residual);
         let j = whitener.apply(&here.jacobian);
         let measured = &taken.observation.channels;
@@ -133,7 +137,9 @@ impl Nominal {
             })
             .collect();
         let (predictor, effects) = (&predictor, &self.effects);
-        let found = columns(&data, predictor, &self.null, &self.x, effects, &whitener);
+        let found = columns(
+            &data, predictor, &self.null, &self.x, &near, effects, &whitener,
+        );
         parts.extend(found.into_iter().map(|column| {
             let column = column.ok().filter(|c| c.iter().all(|v| v.is_finite()));
             column.map_or_else(|| silent.clone(), |c| part(&c))

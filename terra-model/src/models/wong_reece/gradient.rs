@@ -252,6 +252,11 @@ impl Partials<f64> {
 }
 
 impl<P: Root> Partials<P> {
+    /// The step in ln θ1 to where a load (per R b) is carried.
+    pub(super) fn step(&self, load: P) -> P {
+        (load - self.value[0]) / self.by[ENTRY][0]
+    }
+
     /// The entry angle and the integrals that carry `load` (per R b), with all derivatives of the wheel's scalar:
     /// dθ1 follows from the load, the integrals follow with it.
     pub(super) fn balanced<T: Real<Primal = P>>(

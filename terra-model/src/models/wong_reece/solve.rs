@@ -25,6 +25,8 @@ const DRIVING_QUICKLY: f64 = 1e-4;
 const BRAKING: f64 = 1e-8;
 /// Largest difference of ln θ1 between two rules that mean the same root.
 const SAME_ROOT: f64 = 0.02;
+/// Step in ln θ1 that may be left at a place where a contact is said to balance in fits: one step leaves its square.
+const AT_ONCE: f64 = 1e-4;
 /// Nodes up to which a rule is of the default tier.
 const QUICK: usize = 8;
 
@@ -48,13 +50,19 @@ pub(super) enum Start<P> {
     From(P),
     /// At that of this very contact a little elsewhere, where it was the first that balances.
     Near(P),
+    /// At that of this very contact.
+    Here(P),
 }
 
 impl<P: Root> Start<P> {
     /// Near what a contact remembers.
     pub(super) fn of<T: Real<Primal = P>>(at: &Contact<T>) -> Self {
-        at.near
-            .map_or(Start::Guess, |entry| Start::Near(entry.primal().ln()))
+        let ln_entry = at.near.map(|entry| entry.primal().ln());
+        match ln_entry {
+            Some(ln_entry) if at.near_is_here => Start::Here(ln_entry),
+            Some(ln_entry) => Start::Near(ln_entry),
+            None => Start::Guess,
+        }
     }
 }
 
@@ -102,7 +110,7 @@ fn iterate<P: Root, const COARSE: usize, const FINE: usize, R>(
     let (mut start, near) = match from {
         Start::Guess => anew(guess()),
         Start::From(ln_entry) => anew(ln_entry),
-        Start::Near(last) => match search.root_near(last, roughly) {
+        Start::Near(last) | Start::Here(last) => match search.root_near(last, roughly) {
             Some(near) => (last, Ok(near)),
             None => anew(guess()),
         },
@@ -156,18 +164,38 @@ pub(super) fn balance<T: Real, const COARSE: usize, const FINE: usize>(
 ) -> Result<(T, Integrals<T>), ModelError> {
     let primal = wheel.map(T::primal);
     let (load, slip) = (at.normal_load.primal(), at.slip.primal());
-    iterate::<T::Primal, COARSE, FINE, _>(&primal, load, slip, from, |entry, integrals, fine| {
-        let constant = || (T::from_primal(entry), integrals.map(T::from_primal));
-        if is_plain::<T>() {
-            return constant();
+    let carried = at.normal_load / (wheel.radius * wheel.width);
+    let asked = wheel.asks();
+    let plain = is_plain::<T>() || !(carried.varies() || asked.contains(&true));
+    if let (true, Start::Here(last)) = (const { FINE < QUICK }, from) {
+        let (entry, load) = (last.exp(), carried.primal());
+        let fine = Integrator::<T::Primal, FINE>::new(&primal, primal.stress());
+        if plain {
+            let (value, slopes) = fine.at(entry).integrals(entry);
+            let step = (load - value.load) / slopes.load;
+            if is_small(step) {
+                let integrals = value.moved(&slopes, step);
+                let root = entry + entry * step;
+                return Ok((T::from_primal(root), integrals.map(T::from_primal)));
+            }
+        } else {
+            let partials = fine.partials(entry, &asked);
+            if is_small(partials.step(load)) {
+                return Ok(partials.balanced(wheel, entry, carried));
+            }
         }
-        let carried = at.normal_load / (wheel.radius * wheel.width);
-        let asked = wheel.asks();
-        if !carried.varies() && asked == [false; VARIABLES] {
-            return constant();
+    }
+    iterate::<T::Primal, COARSE, FINE, _>(&primal, load, slip, from, |entry, integrals, fine| {
+        if plain {
+            return (T::from_primal(entry), integrals.map(T::from_primal));
         }
         fine.partials(entry, &asked).balanced(wheel, entry, carried)
     })
+}
+
+/// Whether no lane has more than [`AT_ONCE`] to go.
+fn is_small<P: Root>(step: P) -> bool {
+    step.is_finite() && !P::from(AT_ONCE).any_lt(step.abs())
 }
 
 /// The entry angle, the integrals there and their partial derivatives by the variables that are asked for.
