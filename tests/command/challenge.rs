@@ -283,7 +283,14 @@ fn marks_are_what_counting_by_hand_gives() {
         Some(verdict("named", &[("slope", 0.95)], 0.0, 0.05, &["slope"])),
         // No verdict: wrong.
         None,
-        Some(verdict("none", &[("slope", 0.05)], 0.95, 0.0, &["none"])),
+        // No alarm, but not `none` either.
+        Some(verdict(
+            "ambiguous",
+            &[("slope", 0.05)],
+            0.95,
+            0.0,
+            &["none", "slope"],
+        )),
         // An alarm.
         Some(verdict("named", &[("slope", 0.95)], 0.05, 0.0, &["slope"])),
         Some(verdict(
@@ -333,6 +340,8 @@ fn marks_are_what_counting_by_hand_gives() {
         ("false_alarm", 1.0, 2.0),
         // Six with an effect: all but the missing one claim something.
         ("power", 5.0, 6.0),
+        ("false_notice", 2.0, 2.0),
+        ("noticed", 5.0, 6.0),
         ("set_coverage", 5.0, 8.0),
         ("pair_both_in_three", 1.0, 1.0),
     ] {
@@ -355,8 +364,8 @@ fn marks_are_what_counting_by_hand_gives() {
         "{}",
         value("ece")
     );
-    // Seven verdicts: one answer each, two in one of them.
-    assert!((value("set_size") - 8.0 / 7.0).abs() < 1e-12);
+    // Seven verdicts: one answer each, two in two of them.
+    assert!((value("set_size") - 9.0 / 7.0).abs() < 1e-12);
     // The off-library case stands above all others, the missing one (counted as sure of unknown) excepted.
     assert!(
         (value("unknown_auroc") - 6.0 / 7.0).abs() < 1e-12,

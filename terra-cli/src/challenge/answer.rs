@@ -167,6 +167,11 @@ impl Verdict {
         self.gap.chi2_per_dof.nominal_refitted
     }
 
+    /// True when the verdict is not that nothing is missing: `none` may be among the answers, but does not stand.
+    pub(crate) fn notices(&self) -> bool {
+        matches!(self.verdict.as_str(), "named" | "unknown" | "ambiguous")
+    }
+
     /// True when the verdict claims that something is missing: a set that still holds `none` does not.
     pub(crate) fn alarms(&self) -> bool {
         match self.verdict.as_str() {

@@ -94,6 +94,14 @@ impl Marked {
         }
     }
 
+    /// The verdict is another one than that nothing is missing; a missing one is on the wrong side.
+    pub(crate) fn noticed(&self) -> bool {
+        match &self.verdict {
+            Some(v) => v.notices(),
+            None => self.kind == Kind::None,
+        }
+    }
+
     /// Probability of `unknown`; a missing verdict is on the wrong side.
     pub(crate) fn unknown(&self) -> f64 {
         match &self.verdict {

@@ -7,6 +7,14 @@ use super::statistics::{Metric, area, calibration_error, mean, median};
 /// Name and figure, in the order of reports.
 pub(crate) type Metrics = Vec<(&'static str, Metric)>;
 
+/// Kinds of cases in which something is missing.
+const EFFECTS: [Kind; 4] = [
+    Kind::Single,
+    Kind::Pair,
+    Kind::OffLibrary,
+    Kind::FormVariant,
+];
+
 /// Held-out closing as claimed and as it truly was.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Closing {
@@ -75,16 +83,15 @@ pub(crate) fn metrics(cases: &[Marked], closings: Result<&[Closing], &str>) -> M
         ),
         (
             "power",
-            rate(
-                &[
-                    Kind::Single,
-                    Kind::Pair,
-                    Kind::OffLibrary,
-                    Kind::FormVariant,
-                ],
-                "cases with an effect",
-                Marked::alarmed,
-            ),
+            rate(&EFFECTS, "cases with an effect", Marked::alarmed),
+        ),
+        (
+            "false_notice",
+            rate(&[Kind::None], "none cases", Marked::noticed),
+        ),
+        (
+            "noticed",
+            rate(&EFFECTS, "cases with an effect", Marked::noticed),
         ),
         (
             "ece",
