@@ -315,10 +315,13 @@ pub(crate) enum Campaign {
     GapCalibration {
         #[command(flatten)]
         cases: CampaignCases,
+        /// Cases of each design without any effect beside these: what a cause must gain to be heard is a quantile of them.
+        #[arg(long, default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=100_000))]
+        nulls: u32,
     },
 }
 
-#[derive(Debug, clap::Args)]
+#[derive(Clone, Debug, clap::Args)]
 pub(crate) struct CampaignCases {
     /// Designs: ramp, steps, flat, rich, rig.
     #[arg(long, value_delimiter = ',', default_value = "ramp,rich", value_parser = crate::challenge::DESIGNS)]

@@ -58,7 +58,7 @@ pub struct Calibration {
     /// η \[nats\], at least zero: how much likelier than by its evidence it is that nothing is missing.
     #[serde(default)]
     pub none_gain: f64,
-    /// Gain \[nats\] that the best effect stays below on 95 % of logs without any.
+    /// Gain \[nats\] that the best explanation stays below on 97.5 % of logs without any effect.
     pub null_gain: f64,
     /// γ \[nats\]: what a second cause must add to the best one alone.
     pub second_gain: f64,
@@ -190,6 +190,18 @@ impl Calibration {
     fn bar(&self, weights: &[Weight]) -> f64 {
         let alone = weights.iter().filter(|w| w.is_alone()).map(|w| w.gain);
         alone.fold(f64::NEG_INFINITY, f64::max) + self.second_gain
+    }
+
+    /// Gain \[nats\] of the best explanation: of one cause, or of two where the second has earned its place. A tangent's promise, or
+    /// a second cause that falls short, is none.
+    pub(crate) fn heard(&self, weights: &[Weight]) -> f64 {
+        let bar = self.bar(weights);
+        // After the causes come none and unknown.
+        let causes = weights.iter().take(weights.len().saturating_sub(2));
+        causes
+            .filter(|w| w.is_alone() || (w.second && w.gain > bar))
+            .map(|w| w.gain)
+            .fold(f64::NEG_INFINITY, f64::max)
     }
 
     /// Two causes of which one would do: where the first stands alone, where both, and the part of the first one's probability
@@ -362,6 +374,29 @@ mod tests {
         assert_eq!(c.probabilities(&[single(-1.0, 10.0), pair(12.9)])[1], 0.0);
         let p = c.probabilities(&[single(-1.0, 10.0), pair(15.0)])[1];
         assert!((p - 1.0 / (1.0 + (2.0f64 - 5.0).exp())).abs() < 1e-12);
+    }
+
+    /// A pair beside one cause of ten nats is heard where it gains more than three beyond that, or beyond what something unknown
+    /// gains; before that the one cause is, and unknown never.
+    #[test]
+    fn what_has_not_earned_its_place_is_not_heard() {
+        let heard = |pair: f64, unknown: f64| {
+            let pair = Weight {
+                second: true,
+                ..single(-3.0, pair)
+            };
+            let weights = [
+                single(-1.0, 10.0),
+                pair,
+                single(0.0, 0.0),
+                single(0.0, unknown),
+            ];
+            start().heard(&weights)
+        };
+        assert_eq!(heard(12.9, -5.0), 10.0);
+        assert_eq!(heard(13.1, -5.0), 13.1);
+        assert_eq!(heard(13.1, 11.0), 10.0);
+        assert_eq!(heard(12.9, 30.0), 10.0);
     }
 
     /// A second cause that gains less than it must has its part of the share that the first cause leaves to what stands unseen

@@ -67,6 +67,8 @@ pub(crate) struct Ranking {
     pub nearly: Option<String>,
     /// True where the explanation that leads still misfits.
     pub misfits: bool,
+    /// Gain \[nats\] of the best explanation, a second cause counting where it has earned its place.
+    pub heard: f64,
     /// One cause, the same with a second one that this log hardly shows, and the part of its probability that they have.
     unseen: Vec<(String, String, f64)>,
 }
@@ -250,6 +252,7 @@ impl Answers {
         let mut said = calibration.said(&self.weights);
         let mut causes = self.causes;
         let misfits = calibration.led_by_a_misfit(&self.weights);
+        let heard = calibration.heard(&self.weights);
         let nearly = calibration.nearly(&self.weights);
         let nearly = nearly.map(|k| causes[k].name.clone());
         // By the name of one cause by a free formula: two causes that say a little more.
@@ -297,6 +300,7 @@ impl Answers {
             stand_in: None,
             nearly: None,
             misfits,
+            heard,
             unseen,
         };
         ranking.stand_in();

@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use nalgebra::DVector;
 use terra_model::order::descending;
 
 use crate::contenders::Contenders;
@@ -178,7 +177,7 @@ pub(crate) fn tangent_only(hypothesis: Hypothesis, at: &Weighed, score: &Score) 
     fit.at_bound.push(false);
     let posterior = posterior(&hypothesis, &fit);
     let (low, high) = hypothesis.bounds();
-    let to = DVector::from_fn(fit.x.len(), |k, _| posterior.mean[k].clamp(low[k], high[k]));
+    let to = fit.least_within(&low, &high);
     fit.residual -= &fit.jacobian * (&to - &fit.x);
     fit.x = to;
     fit.cost = fit.chi2() + fit.x.norm_squared();

@@ -56,10 +56,7 @@ pub(crate) fn decide(
     let alone = named.first().map_or(0.0, |c| c.probability);
     let best = ranking.stand_in.map_or(alone, |both| both.max(alone));
     let (none, unknown) = (ranking.probability_none, ranking.probability_unknown);
-    let gain = causes
-        .iter()
-        .map(|c| c.log_evidence_gain)
-        .fold(f64::NEG_INFINITY, f64::max);
+    let gain = ranking.heard;
 
     let leading = causes.first().filter(|_| ranking.misfits);
     if let Some(top) = leading {

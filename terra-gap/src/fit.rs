@@ -60,6 +60,41 @@ impl Fit {
         }
     }
 
+    /// Where its tangent has its least inside bounds: what would pass one is held there, and the others are sought anew.
+    pub(crate) fn least_within(&self, low: &[f64], high: &[f64]) -> DVector<f64> {
+        let mut to = self.x.clone();
+        let mut free: Vec<usize> = (0..to.len()).collect();
+        while !free.is_empty() {
+            for &k in &free {
+                to[k] = 0.0;
+            }
+            // What is left for the free ones, all of them at zero.
+            let left = &self.residual - &self.jacobian * (&to - &self.x);
+            let slopes = self.jacobian.select_columns(&free);
+            let curvature = slopes.tr_mul(&slopes) + DMatrix::identity(free.len(), free.len());
+            // Positive definite by construction.
+            let Some(root) = curvature.cholesky() else {
+                return self.x.clone();
+            };
+            let least = root.solve(&slopes.tr_mul(&left));
+            for (&k, x) in free.iter().zip(least.iter()) {
+                to[k] = x.clamp(low[k], high[k]);
+            }
+            let before = free.len();
+            let within: Vec<bool> = free
+                .iter()
+                .zip(least.iter())
+                .map(|(&k, x)| to[k] == *x)
+                .collect();
+            let mut within = within.into_iter();
+            free.retain(|_| within.next().unwrap_or(false));
+            if free.len() == before {
+                break;
+            }
+        }
+        to
+    }
+
     /// Decrease of the cost that a whole step of its tangent still promises, over the components that no bound holds.
     pub(crate) fn promise(&self) -> f64 {
         let free: Vec<usize> = (0..self.x.len()).filter(|&k| !self.at_bound[k]).collect();
@@ -385,6 +420,43 @@ mod tests {
             "{} {gain}",
             held.promise()
         );
+    }
+
+    /// Soil and effect that do nearly the same, of which the data want much of the one against more of the other: with the effect
+    /// held at zero the soil is where it is without the effect, and not where it would stand beside it.
+    #[test]
+    fn what_a_bound_holds_leaves_the_rest_at_its_own_least() {
+        let slopes = DMatrix::from_row_slice(3, 2, &[50.0, 49.0, 50.0, 50.0, 50.0, 51.0]);
+        let at = |columns: usize| {
+            let x = DVector::from_element(columns, 0.1);
+            Fit {
+                residual: DVector::from_vec(vec![7.0, 2.0, -3.0]),
+                jacobian: slopes.columns(0, columns).into_owned(),
+                exact: true,
+                tangent: false,
+                cost: 0.0,
+                converged: false,
+                given_up: false,
+                log_det: 0.0,
+                at_bound: vec![false; columns],
+                near: Remembered::default(),
+                x,
+            }
+        };
+        let (none, most) = ([f64::NEG_INFINITY; 2], [f64::INFINITY; 2]);
+        let open = at(2).least_within(&none, &most);
+        assert!(open[0] > 2.0 && open[1] < -2.0, "{open}");
+        let held = at(2).least_within(&[f64::NEG_INFINITY, 0.0], &most);
+        let mut alone = at(1);
+        alone.residual += slopes.column(1) * 0.1;
+        let alone = alone.least_within(&none[..1], &most[..1]);
+        assert!(
+            held[1] == 0.0 && (held[0] - alone[0]).abs() < 1e-12,
+            "{held} {alone}"
+        );
+        // The gradient of the quadratic is zero along what is free.
+        let r = &at(2).residual - &slopes * (&open - &at(2).x);
+        assert!((slopes.tr_mul(&r) - &open).amax() < 1e-9);
     }
 
     /// A start just beyond what the soil carries begins a thousandth nearer and says so; one far beyond says why; other errors stay.

@@ -74,6 +74,7 @@ pub(crate) fn campaign_gap_calibration(
     designs: Vec<String>,
     cases: usize,
     seed: u64,
+    nulls: usize,
 ) -> PyResult<String> {
     let asked = Cases {
         designs,
@@ -82,7 +83,7 @@ pub(crate) fn campaign_gap_calibration(
         out,
     };
     let done = interrupt::run_until(py, move |stop| {
-        tasks::campaign_gap_calibration(&asked, stop)
+        tasks::campaign_gap_calibration(&asked, nulls, stop)
     })?;
     done.map_err(raise)
 }

@@ -411,7 +411,8 @@ fn gap() {
     for name in ["sim_log.csv", "real_log.csv"] {
         copy(&logs().join("drive.csv"), &at.join(name));
     }
-    let done = follow(page, &at, &[("--cases 100", "--cases 1")], &[]);
+    let smaller = [("--cases 100", "--cases 1"), ("--nulls 100", "--nulls 1")];
+    let done = follow(page, &at, &smaller, &[]);
     shows(page, &block(page, "text", 0), &done[0].out);
     assert!(
         done[1].out.contains("a soil of its own for each"),

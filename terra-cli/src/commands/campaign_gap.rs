@@ -38,11 +38,12 @@ impl Places {
         }
     }
 
-    /// Makes the cases, or keeps those that are there.
+    /// Makes the cases of these kinds, or keeps those that are there.
     fn make(
         &self,
         design: &str,
         cases: &CampaignCases,
+        kinds: Option<&str>,
         say: Say<'_>,
         watch: &Watch,
     ) -> Result<KeyFile, CliError> {
@@ -58,7 +59,7 @@ impl Places {
                 seed: cases.seed,
                 out: self.logs.clone(),
                 key: self.key.clone(),
-                kinds: None,
+                kinds: kinds.map(str::to_owned),
             };
             let challenge = challenge::written(&make, watch)?;
             say(&challenge::made(&make, &challenge))?;
@@ -95,7 +96,7 @@ pub(crate) fn marked(
     let mut all = serde_json::Map::new();
     for design in &cases.designs {
         let places = Places::of(&cases.out, design);
-        let key = places.make(design, cases, say, watch)?;
+        let key = places.make(design, cases, None, say, watch)?;
         let done =
             challenge_run::diagnose_all(&places.logs, &places.verdicts, &|_| Some(None), watch)?;
         let bar = watch.bar(key.cases.len(), "marking");
@@ -185,8 +186,12 @@ struct Weighed {
     evidence: Evidence,
 }
 
-pub(crate) fn run_calibration(cases: &CampaignCases, quiet: bool) -> Result<(), CliError> {
-    let learned = learned(cases, &mut output::stdout, &Watch::shown(quiet))?;
+pub(crate) fn run_calibration(
+    cases: &CampaignCases,
+    nulls: u32,
+    quiet: bool,
+) -> Result<(), CliError> {
+    let learned = learned(cases, nulls, &mut output::stdout, &Watch::shown(quiet))?;
     let path = cases.out.join(CALIBRATION);
     output::stdout(&format!("{learned}written to {}\n", path.display()))
 }
@@ -194,44 +199,67 @@ pub(crate) fn run_calibration(cases: &CampaignCases, quiet: bool) -> Result<(), 
 /// What a calibration is written to, in the folder of its cases.
 const CALIBRATION: &str = "calibration.toml";
 
-/// Learns temperatures, floors, thresholds and set levels from cases with known truth; returns what `calibration.toml`
-/// holds then.
+/// What the cases at a place teach.
+fn taught(places: &Places, key: &KeyFile, watch: &Watch) -> Result<Vec<Case>, CliError> {
+    challenge_run::diagnose_all(&places.logs, &places.verdicts, &|_| Some(None), watch)?;
+    let mut known: Vec<Case> = vec![];
+    for case in &key.cases {
+        let path = places.verdicts.join(format!("{}.json", case.case));
+        if path.exists() {
+            let found: Weighed = read_json(&path)?;
+            let truth = case.read()?;
+            let one = found.evidence.case(&truth.truth());
+            // The name that the key's kinds have.
+            known.push(if truth.kind == "form-variant" {
+                one.in_another_form()
+            } else {
+                one
+            });
+        }
+    }
+    Ok(known)
+}
+
+/// Learns temperatures, floors, thresholds and set levels from cases with known truth, and from so many more without any effect what
+/// a cause must gain to be heard; returns what `calibration.toml` holds then.
 pub(crate) fn learned(
     cases: &CampaignCases,
+    nulls: u32,
     say: Say<'_>,
     watch: &Watch,
 ) -> Result<String, CliError> {
     let mut text = String::new();
     for design in &cases.designs {
         let places = Places::of(&cases.out, design);
-        let key = places.make(design, cases, say, watch)?;
-        challenge_run::diagnose_all(&places.logs, &places.verdicts, &|_| Some(None), watch)?;
-        let mut known: Vec<Case> = vec![];
-        for case in &key.cases {
-            let path = places.verdicts.join(format!("{}.json", case.case));
-            if path.exists() {
-                let found: Weighed = read_json(&path)?;
-                let truth = case.read()?;
-                let one = found.evidence.case(&truth.truth());
-                // The name that the key's kinds have.
-                known.push(if truth.kind == "form-variant" {
-                    one.in_another_form()
-                } else {
-                    one
-                });
-            }
-        }
+        let key = places.make(design, cases, None, say, watch)?;
+        let mut known = taught(&places, &key, watch)?;
         let (kind, groups) = match design.as_str() {
             "rig" => (LogKind::Rig, 1),
             "ramp" | "steps" => (LogKind::Drive, 1),
             _ => (LogKind::Drive, usize::MAX),
         };
-        let source = format!(
+        let mut source = format!(
             "terra campaign gap-calibration --designs {design} --cases {} --seed {}",
             cases.cases, cases.seed
         );
         let fallback = Calibration::frozen(kind, groups)?;
-        let learned = Calibration::learn(&known, &fallback, source);
+        let mut learned = Calibration::learn(&known, &fallback, source.clone());
+        if nulls > 0 {
+            // Another seed: cases of one number share their soil.
+            let others = CampaignCases {
+                cases: nulls,
+                seed: cases.seed.wrapping_add(1),
+                ..cases.clone()
+            };
+            let places = Places::of(&cases.out.join("nulls"), design);
+            let key = places.make(design, &others, Some("none=1"), say, watch)?;
+            known.extend(taught(&places, &key, watch)?);
+            source.push_str(&format!(" --nulls {nulls}"));
+            learned = Calibration {
+                source,
+                ..learned.with_nulls(&known)
+            };
+        }
         text.push_str(&learned.to_toml()?);
         text.push('\n');
     }

@@ -119,8 +119,8 @@ pub(crate) fn dispatch(args: Args) -> Result<(), CliError> {
             out,
             json,
         }) => campaign_cross::run(&design, cases as usize, seed, &out, json.as_deref(), quiet),
-        Command::Campaign(Campaign::GapCalibration { cases }) => {
-            campaign_gap::run_calibration(&cases, quiet)
+        Command::Campaign(Campaign::GapCalibration { cases, nulls }) => {
+            campaign_gap::run_calibration(&cases, nulls, quiet)
         }
         Command::Challenge(Challenge::Make(args)) => challenge::run_make(&args, quiet),
         Command::Challenge(Challenge::Run { folder, out }) => {

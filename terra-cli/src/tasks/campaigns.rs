@@ -99,12 +99,20 @@ pub fn campaign_gap(cases: &Cases, left_out: bool, stop: &Stop) -> Result<Value,
     sealed::marked(&cases.asked()?, left_out, &mut |_| Ok(()), &watch)
 }
 
-/// `terra campaign gap-calibration`: what the `calibration.toml` that it writes holds.
+/// `terra campaign gap-calibration`: what the `calibration.toml` that it writes holds. `nulls`: cases of each design without any
+/// effect beside these, 0 to 100 000.
 ///
 /// # Errors
 /// As the command.
-pub fn campaign_gap_calibration(cases: &Cases, stop: &Stop) -> Result<String, CliError> {
-    sealed::learned(&cases.asked()?, &mut |_| Ok(()), &Watch::silent(stop))
+pub fn campaign_gap_calibration(
+    cases: &Cases,
+    nulls: usize,
+    stop: &Stop,
+) -> Result<String, CliError> {
+    within("nulls", nulls, 0, 100_000)?;
+    let nulls = u32::try_from(nulls).unwrap_or(u32::MAX);
+    let watch = Watch::silent(stop);
+    sealed::learned(&cases.asked()?, nulls, &mut |_| Ok(()), &watch)
 }
 
 /// `terra campaign cross-structure --json`: 1 to 100 000 cases in a folder, where those that are there already are kept.

@@ -3,8 +3,8 @@
 //! # Equation
 //! T, ε, δ, η, γ and ρ minimise Σ -ln P(truth), γ and ρ only where cases with two causes say what they cost, else γ is the 95 %
 //! quantile of what needless ones gained. The set holds all answers k with p_k >= r max p, p being P without the floor: r is
-//! the largest that kept the truth in 90 % of the cases, between 1/20 and 1/5; a name needs a gain above the 95 % quantile of
-//! what the best effect gained on cases without any.
+//! the largest that kept the truth in 90 % of the cases, between 1/20 and 1/5; a name needs a gain above the 97.5 % quantile of
+//! what the best explanation gained on cases without any effect, or of fewer than 39 of them above all.
 //!
 //! # Reference
 //! D. Madigan, A. E. Raftery, J. American Statistical Association 89:1535-1546, 1994 (Occam's window, 1/20); V. Vovk, A.
@@ -81,6 +81,10 @@ const WIDEST_SET: f64 = 0.05;
 /// One of which it says a fifth as much is one, even where most cases are so clear that first answers alone hold the truth
 /// often enough.
 const NARROWEST_SET: f64 = 0.2;
+/// Share of nulls on which the best explanation stays unheard: of some sixty then hardly ever more than one in twenty is heard.
+const UNHEARD: f64 = 0.975;
+/// The same of fewer than 39: the largest gain of them all, from nineteen on.
+const UNHEARD_OF_FEW: f64 = 0.95;
 /// Cases with two causes from which they say what asking more of a second one costs.
 const ENOUGH_PAIRS: usize = 20;
 
@@ -118,15 +122,26 @@ impl Calibration {
         if let Some(odds) = upper_quantile(&odds, 0.9) {
             out.set_ratio = odds.recip().clamp(WIDEST_SET, NARROWEST_SET);
         }
-        let nulls: Vec<f64> = cases
-            .iter()
-            .filter(|c| c.is_null())
-            .filter_map(|c| c.best(false))
-            .collect();
-        if let Some(gain) = upper_quantile(&nulls, 0.95) {
-            out.null_gain = gain.max(0.0);
-        }
+        out.learn_null_gain(&cases);
         out
+    }
+
+    /// The same with the gain of nulls learned from these cases: a quantile needs more of them than all the rest does.
+    #[must_use]
+    pub fn with_nulls(mut self, cases: &[Case]) -> Self {
+        let cases: Vec<&Case> = cases.iter().filter(|c| !c.weights.is_empty()).collect();
+        self.learn_null_gain(&cases);
+        self
+    }
+
+    /// Gain that the best explanation stays below on nearly all of those cases in which nothing is missing.
+    fn learn_null_gain(&mut self, cases: &[&Case]) {
+        let nulls = cases.iter().filter(|c| c.is_null() && c.causes > 0);
+        let heard: Vec<f64> = nulls.map(|c| self.heard(&c.weights)).collect();
+        let quantile = |share| upper_quantile(&heard, share);
+        if let Some(gain) = quantile(UNHEARD).or_else(|| quantile(UNHEARD_OF_FEW)) {
+            self.null_gain = gain.max(0.0);
+        }
     }
 
     /// Σ -ln P(truth).
@@ -284,19 +299,40 @@ mod tests {
         assert!((p[0] + p[1] - 1.0).abs() < 1e-12);
     }
 
-    /// 95 % of 19 nulls lie at or below the largest: ceil(20 * .95) = 19.
+    /// 95 % of 19 nulls lie at or below the largest: ceil(20 * .95) = 19. Of 79 one may be heard: ceil(80 * .975) = 78.
     #[test]
     fn the_threshold_is_the_quantile_of_nulls() {
         let cases: Vec<Case> = (0..19)
             .map(|k| Case {
                 truth: 1,
                 causes: 1,
-                weights: vec![single(0.0, f64::from(k) / 4.0), single(0.0, 0.0)],
+                weights: vec![
+                    single(0.0, f64::from(k) / 4.0),
+                    single(0.0, 0.0),
+                    single(0.0, 0.0),
+                ],
                 another_form: false,
             })
             .collect();
         let learned = Calibration::learn(&cases, &start(), String::new());
         assert_eq!(learned.null_gain, 4.5);
+        // More of them change that alone.
+        let more: Vec<Case> = cases.iter().take(10).cloned().cycle().take(30).collect();
+        let with_more = learned.clone().with_nulls(&more);
+        assert_eq!(with_more.null_gain, 2.25);
+        let many: Vec<Case> = cases.iter().take(18).cloned().cycle().take(77).collect();
+        let largest = &cases[18..];
+        let many = [&many[..], largest, largest].concat();
+        assert_eq!(learned.clone().with_nulls(&many).null_gain, 4.5);
+        let lower = [&many[..78], &cases[..1]].concat();
+        assert_eq!(learned.clone().with_nulls(&lower).null_gain, 4.25);
+        assert_eq!(
+            Calibration {
+                null_gain: 4.5,
+                ..with_more
+            },
+            learned
+        );
         assert_eq!(upper_quantile(&[1.0, 2.0], 0.95), None);
     }
 

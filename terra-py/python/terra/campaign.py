@@ -108,17 +108,19 @@ def gap_calibration(
     designs: Sequence[str] = ("ramp", "rich"),
     cases: int = 100,
     seed: int = 1,
+    nulls: int = 0,
 ) -> str:
     """Cases with known truth, and the calibration that they teach.
 
-    Args: as those of ``gap``.
+    Args: as those of ``gap``, and
+        nulls: cases of each design without any effect beside these, from which is learned what a cause must gain to be heard.
 
     Returns:
         The text of ``calibration.toml``, which is written into the folder.
 
     Raises: as ``gap``.
     """
-    return _terra.campaign_gap_calibration(out, list(designs), cases, seed)
+    return _terra.campaign_gap_calibration(out, list(designs), cases, seed, nulls)
 
 
 def cross_structure(
