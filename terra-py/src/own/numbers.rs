@@ -215,6 +215,7 @@ pub(super) fn contact<T: Real>(n: [T; 24], lateral_slip: Option<T>) -> terra_mod
             lateral_slip,
         },
         near: None,
+        near_is_here: false,
     }
 }
 
