@@ -81,13 +81,7 @@ impl Fit {
                 to[k] = x.clamp(low[k], high[k]);
             }
             let before = free.len();
-            let within: Vec<bool> = free
-                .iter()
-                .zip(least.iter())
-                .map(|(&k, x)| to[k] == *x)
-                .collect();
-            let mut within = within.into_iter();
-            free.retain(|_| within.next().unwrap_or(false));
+            free.retain(|&k| low[k] < to[k] && to[k] < high[k]);
             if free.len() == before {
                 break;
             }
