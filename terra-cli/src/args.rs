@@ -316,6 +316,7 @@ pub(crate) enum Campaign {
         #[command(flatten)]
         cases: CampaignCases,
         /// Cases of each design without any effect beside these: what a cause must gain to be heard is a quantile of them.
+        /// They are drawn from the seed after --seed.
         #[arg(long, default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=100_000))]
         nulls: u32,
     },

@@ -58,7 +58,7 @@ pub struct Calibration {
     /// η \[nats\], at least zero: how much likelier than by its evidence it is that nothing is missing.
     #[serde(default)]
     pub none_gain: f64,
-    /// Gain \[nats\] that the best explanation stays below on 97.5 % of logs without any effect.
+    /// Gain \[nats\] that the best explanation stays below on 97.5 % of logs without any effect, or on all of a few.
     pub null_gain: f64,
     /// γ \[nats\]: what a second cause must add to the best one alone.
     pub second_gain: f64,
@@ -192,8 +192,8 @@ impl Calibration {
         alone.fold(f64::NEG_INFINITY, f64::max) + self.second_gain
     }
 
-    /// Gain \[nats\] of the best explanation: of one cause, or of two where the second has earned its place. A tangent's promise, or
-    /// a second cause that falls short, is none.
+    /// Gain \[nats\] of the best explanation: of one cause, or of two where the second has earned its place, which one that
+    /// falls short, or that only a tangent promises, has not.
     pub(crate) fn heard(&self, weights: &[Weight]) -> f64 {
         let bar = self.bar(weights);
         // After the causes come none and unknown.

@@ -245,7 +245,7 @@ pub(crate) fn learned(
         let fallback = Calibration::frozen(kind, groups)?;
         let mut learned = Calibration::learn(&known, &fallback, source.clone());
         if nulls > 0 {
-            // Another seed: cases of one number share their soil.
+            // Another seed: cases of one number share their soil. Told to the user, who must not mark by it.
             let others = CampaignCases {
                 cases: nulls,
                 seed: cases.seed.wrapping_add(1),

@@ -81,7 +81,7 @@ const WIDEST_SET: f64 = 0.05;
 /// One of which it says a fifth as much is one, even where most cases are so clear that first answers alone hold the truth
 /// often enough.
 const NARROWEST_SET: f64 = 0.2;
-/// Share of nulls on which the best explanation stays unheard: of some sixty then hardly ever more than one in twenty is heard.
+/// Share of nulls on which the best explanation stays unheard: of some sixty then seldom more than one in twenty is heard.
 const UNHEARD: f64 = 0.975;
 /// The same of fewer than 39: the largest gain of them all, from nineteen on.
 const UNHEARD_OF_FEW: f64 = 0.95;

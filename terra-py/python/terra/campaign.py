@@ -113,7 +113,8 @@ def gap_calibration(
     """Cases with known truth, and the calibration that they teach.
 
     Args: as those of ``gap``, and
-        nulls: cases of each design without any effect beside these, from which is learned what a cause must gain to be heard.
+        nulls: cases of each design without any effect beside these, from which is learned what a cause must gain to be heard;
+            they are drawn from the seed after ``seed``.
 
     Returns:
         The text of ``calibration.toml``, which is written into the folder.
