@@ -22,7 +22,9 @@ mod choice;
 mod held;
 mod own_noise;
 mod read;
+mod stance;
 mod stream;
+mod surface;
 mod window;
 
 pub(crate) use cells::{Line, declared, line};
@@ -34,10 +36,7 @@ pub(crate) use window::{BENT, Reader, SERIES, Taken, bends, channels, short_scat
 use std::ops::Range;
 use std::sync::Arc;
 
-use terra_model::{
-    BodyLoads, Channel, Contact, LaneDual, Late, Law, ModelError, Motion, Root, Scalar, Touch,
-    Vehicle, library_slip,
-};
+use terra_model::{BodyLoads, Channel, Contact, LaneDual, Law, Motion, Scalar, Touch, Vehicle};
 
 use crate::dataset::DataSet;
 use crate::error::GapError;
@@ -45,7 +44,8 @@ use crate::logs::of_log;
 use crate::memory::Memory;
 use crate::predictor::{Design, Predict, Sloped};
 use crate::sensor;
-use ahead::Behind;
+pub(crate) use stance::lift;
+use stance::{Factor, Stance};
 
 /// g \[m/s²\].
 pub(crate) const GRAVITY: f64 = 9.81;
@@ -69,21 +69,51 @@ const RAW: usize = 20;
 /// Most times in a window at which forces are evaluated.
 const NODES: usize = 2;
 
-/// Entry angles of four wheels \[rad\], where they are known.
+/// Entry angles of wheels \[rad\], where they are known.
 #[derive(Clone, Copy)]
-struct Entries<P> {
-    of: [Option<P>; 4],
+struct Entries<P, const WHEELS: usize = 4> {
+    of: [Option<P>; WHEELS],
     /// Whether they were found for these very parameters.
     here: bool,
 }
 
-impl<P> Entries<P> {
+impl<P, const WHEELS: usize> Entries<P, WHEELS> {
     const fn unknown() -> Self {
         Entries {
-            of: [const { None }; 4],
+            of: [const { None }; WHEELS],
             here: false,
         }
     }
+
+    /// What the law gives a wheel, found from its entry angle a little elsewhere, which is then the one here.
+    fn forces<T: Scalar<Primal = P>>(
+        &mut self,
+        law: &Law,
+        p: &[T],
+        wheel: usize,
+        mut at: Contact<T>,
+    ) -> Result<OnWheel<T>, GapError>
+    where
+        P: Copy,
+    {
+        at.near = self.of[wheel].map(T::from_primal);
+        at.near_is_here = self.here;
+        let forces = law.forces_under(p, &mut at)?;
+        self.of[wheel] = forces.angles.map(|a| a.entry.primal());
+        Ok(OnWheel {
+            pull: forces.drawbar_pull,
+            torque: forces.resistive_torque,
+            aside: Some(forces.lateral_force),
+        })
+    }
+}
+
+/// What the ground gives a wheel.
+struct OnWheel<T> {
+    pull: T,
+    torque: T,
+    /// Left positive; none: nothing acts sideways.
+    aside: Option<T>,
 }
 
 #[derive(Clone, Debug)]
@@ -138,49 +168,25 @@ impl<T: Scalar> From<&Window> for Given<T> {
     }
 }
 
-impl Window {
-    fn forwards(&self) -> bool {
-        self.raw[SPEED] >= 0.0
+impl<T: Scalar> Given<T> {
+    fn primal(&self) -> Given<T::Primal> {
+        Given {
+            pitch: self.pitch.primal(),
+            sin_roll: self.sin_roll.primal(),
+            cos_roll: self.cos_roll.primal(),
+            payload: self.payload.primal(),
+            earlier_passes: self.earlier_passes.primal(),
+            path: self.path.primal(),
+            time: self.time.primal(),
+            around: self.around.map(T::primal),
+            forwards: self.forwards,
+        }
     }
 }
 
-/// The speed over ground, and how it changes, behind what its sensor says.
-struct GroundSpeed<T> {
-    speed: T,
-    acceleration: T,
-    /// Of the sensor.
-    gain: T,
-    /// What the logged rate gains by the sensor's delay.
-    quicker: T,
-}
-
-impl<T: Scalar> GroundSpeed<T> {
-    fn of(law: &Law, p: &[T], given: &Given<T>, raw: &[T], offset: T) -> Self {
-        let rate = raw[SPEED_RATE];
-        let logged = raw[SPEED] + rate * offset;
-        if !law.acts(Touch::Sensor) {
-            return GroundSpeed {
-                speed: logged,
-                acceleration: rate,
-                gain: T::one(),
-                quicker: T::zero(),
-            };
-        }
-        let channel = Channel::GroundSpeed;
-        let behind = |late| sensor::behind(law, p, channel, raw[SPEED], late);
-        let late = Behind {
-            delay: behind(Late::Shifted),
-            constant: behind(Late::Following),
-        };
-        let (gained, quicker) = ahead::gained(raw, &given.around, offset, late);
-        let reported = logged + gained;
-        let gain = sensor::gain(law, p, channel, reported);
-        GroundSpeed {
-            speed: sensor::truth(law, p, channel, reported),
-            acceleration: (rate + quicker) / gain,
-            gain,
-            quicker,
-        }
+impl Window {
+    fn forwards(&self) -> bool {
+        self.raw[SPEED] >= 0.0
     }
 }
 
@@ -203,144 +209,82 @@ impl DrivePredictor {
         }
     }
 
-    /// Predicted readings `offset` seconds from the window's middle, on its straight line of motion. `near`: the wheels' entry
-    /// angles a little elsewhere, then here.
-    fn readings<T: Scalar>(
-        &self,
+    /// Predicted readings of a stance, whose numbers may be constants. `on_wheel`: what the ground gives a wheel, by its number.
+    fn readings<T: Scalar, S: Factor<T>>(
         law: &Law,
         p: &[T],
         given: &Given<T>,
-        raw: &[T],
-        offset: T,
-        near: &mut Entries<T::Primal>,
+        stance: &Stance<S>,
+        mut on_wheel: impl FnMut(usize) -> Result<OnWheel<T>, GapError>,
     ) -> Result<[T; VALUES], GapError> {
-        let mut vehicle = lift(&self.vehicle);
-        vehicle.pitch = given.pitch;
-        for (effect, e) in law.acting(p, Touch::Vehicle) {
-            vehicle = T::of_effect(&**effect).vehicle_at(e, vehicle);
-        }
-        // The operator weighed the payload; an error of the file's mass does not scale it.
-        vehicle.mass += given.payload;
-        let GroundSpeed {
-            speed,
-            acceleration,
-            gain: speed_gain,
-            quicker,
-        } = GroundSpeed::of(law, p, given, raw, offset);
-        let yaw_rate = raw[YAW_RATE] + raw[YAW_ACCELERATION] * offset;
-        let wheel: [T; 4] = std::array::from_fn(|q| raw[WHEEL + q] + raw[WHEEL_RATE + q] * offset);
-
-        let (sin, cos) = vehicle.pitch.sin_cos();
-        let specific = acceleration + sin * GRAVITY;
-        let pressing = cos * given.cos_roll * GRAVITY;
-        let to_rear = vehicle.wheelbase - vehicle.cg_to_front_axle;
-        let transfer = vehicle.cg_height * specific;
-        let share = vehicle.mass / (vehicle.wheelbase * 2.0);
-        let front = share * (to_rear * pressing - transfer);
-        let rear = share * (vehicle.cg_to_front_axle * pressing + transfer);
-        let aside = speed * yaw_rate + cos * given.sin_roll * GRAVITY;
-        let lean = vehicle.cg_height * aside * 2.0 / (pressing * vehicle.track);
-
+        let vehicle = &stance.vehicle;
         let mut pull = [T::zero(); 4];
         let mut torque = [T::zero(); 4];
         let mut side_moment = T::zero();
         for q in 0..4 {
-            let left = q % 2 == 0;
-            let arm = vehicle.track * if left { -0.5 } else { 0.5 };
-            let ahead = if q < 2 {
-                vehicle.cg_to_front_axle
-            } else {
-                -to_rear
-            };
-            let travel = speed + yaw_rate * arm;
-            let rim = wheel[q] * vehicle.wheel_radius;
-            if (rim * travel).primal().any_lt(T::zero().primal()) {
-                return Err(GapError::Model(ModelError::Contact {
-                    quantity: "rim speed times travel speed",
-                    value: (rim * travel).primal().min_lane(),
-                    expected: "a wheel that turns with its motion",
-                }));
+            let forces = on_wheel(q)?;
+            pull[q] = stance.direction[q].times(&forces.pull);
+            if let Some(aside) = forces.aside {
+                side_moment += stance.ahead(q).times(&aside);
             }
-            // In reverse the wheel meets the same soil mirrored: magnitudes in, signs out.
-            let direction = rim.select_lt(T::zero(), -T::one(), T::one());
-            let leaning = if left { T::one() - lean } else { lean + 1.0 };
-            let load = if q < 2 { front } else { rear } * leaning;
-            let mut at = Contact::new(
-                library_slip(rim, travel),
-                load,
-                vehicle.wheel_radius,
-                vehicle.wheel_width,
-            );
-            at.speed = travel;
-            at.wheel_speed = wheel[q];
-            at.yaw_rate = yaw_rate;
-            at.wheelbase = vehicle.wheelbase;
-            at.slip_angle = (ahead * yaw_rate / travel.abs()).atan();
-            at.path = given.path;
-            at.time = given.time;
-            at.side = T::from(if left { -1.0 } else { 1.0 });
-            // In reverse the rear axle leads, and the front axle runs in its rut.
-            let leads = (q < 2) == given.forwards;
-            at.earlier_passes = given.earlier_passes + if leads { 0.0 } else { 1.0 };
-            at.near = near.of[q].map(T::from_primal);
-            at.near_is_here = near.here;
-            let forces = law.forces_under(p, &mut at)?;
-            near.of[q] = forces.angles.map(|a| a.entry.primal());
-            pull[q] = forces.drawbar_pull * direction;
-            side_moment += ahead * forces.lateral_force;
-            torque[q] = vehicle.wheel_inertia * raw[WHEEL_RATE + q]
-                + forces.resistive_torque * direction
-                + vehicle.wheel_damping * wheel[q];
+            let own = vehicle.wheel_inertia * stance.wheel_rate[q]
+                + vehicle.wheel_damping * stance.wheel[q];
+            torque[q] = stance.direction[q].times(&forces.torque) + own.lifted();
         }
-        let motion = Motion {
-            speed,
-            acceleration,
-            yaw_rate,
-            wheel_speed: wheel,
-            wheel_torque: torque,
-            path: given.path,
-            time: given.time,
-        };
-        let loads = law
-            .acting(p, Touch::Loads)
-            .fold(BodyLoads::none(), |loads, (effect, e)| {
-                T::of_effect(&**effect).loads_at(e, &vehicle, &motion, loads)
-            });
-        let force = pull[0] + pull[1] + pull[2] + pull[3] + loads.force_x;
-        let felt = force / vehicle.mass;
-        let turning = ((pull[1] + pull[3] - pull[0] - pull[2]) * vehicle.track * 0.5 + side_moment
-            - vehicle.yaw_damping * yaw_rate
-            + loads.yaw_moment)
-            / vehicle.yaw_inertia;
-
+        let mut force = pull[0] + pull[1] + pull[2] + pull[3];
+        let mut moment = (vehicle.track * 0.5).times(&(pull[1] + pull[3] - pull[0] - pull[2]))
+            + side_moment
+            - (vehicle.yaw_damping * stance.yaw_rate).lifted();
+        let mut delivered = torque;
+        if law.acts(Touch::Loads) {
+            let motion = Motion {
+                speed: stance.speed.lifted(),
+                acceleration: stance.acceleration.lifted(),
+                yaw_rate: stance.yaw_rate.lifted(),
+                wheel_speed: stance.wheel.map(S::lifted),
+                wheel_torque: torque,
+                path: given.path,
+                time: given.time,
+            };
+            let vehicle = lift(vehicle, S::lifted);
+            let loads = law
+                .acting(p, Touch::Loads)
+                .fold(BodyLoads::none(), |loads, (effect, e)| {
+                    T::of_effect(&**effect).loads_at(e, &vehicle, &motion, loads)
+                });
+            force += loads.force_x;
+            moment += loads.yaw_moment;
+            for (delivered, load) in delivered.iter_mut().zip(loads.wheel_torque) {
+                *delivered += load;
+            }
+        }
+        let felt = (S::one() / vehicle.mass).times(&force);
         let zero = T::zero();
         let mut predicted = [zero; VALUES];
-        for q in 0..4 {
-            let delivered = torque[q] + loads.wheel_torque[q];
-            predicted[TORQUE + q] = sensor::report(law, p, Channel::WheelTorque, delivered, zero);
+        for (told, delivered) in predicted[TORQUE..].iter_mut().zip(delivered) {
+            *told = sensor::report(law, p, Channel::WheelTorque, delivered, zero);
         }
         predicted[ACCEL] = sensor::report(law, p, Channel::AccelX, felt, zero);
-        predicted[SPEED_RATE] = (felt - sin * GRAVITY) * speed_gain - quicker;
-        predicted[YAW_ACCELERATION] = turning;
+        predicted[SPEED_RATE] =
+            stance.speed_gain.times(&(felt - stance.climbing.lifted())) - stance.quicker.lifted();
+        predicted[YAW_ACCELERATION] = (S::one() / vehicle.yaw_inertia).times(&moment);
         Ok(predicted)
     }
-}
 
-impl DrivePredictor {
-    /// Their mean over times from the window's middle, each with the entry angles of [`readings`](Self::readings).
-    fn mean_readings<T: Scalar>(
-        &self,
+    /// Their mean over stances. `on_wheel`: what the ground gives a wheel, by the number of the stance and its own.
+    fn mean_readings<T: Scalar, S: Factor<T>>(
         law: &Law,
         p: &[T],
         given: &Given<T>,
-        raw: &[T],
-        offsets: impl ExactSizeIterator<Item = T>,
-        near: &mut [Entries<T::Primal>; NODES],
+        stances: impl ExactSizeIterator<Item = Result<Stance<S>, GapError>>,
+        mut on_wheel: impl FnMut(usize, usize, &Stance<S>) -> Result<OnWheel<T>, GapError>,
     ) -> Result<[T; VALUES], GapError> {
         let mut mean = [T::zero(); VALUES];
-        let share = 1.0 / offsets.len() as f64;
-        for (offset, near) in offsets.zip(near) {
-            let there = self.readings(law, p, given, raw, offset, near)?;
+        let share = 1.0 / stances.len() as f64;
+        for (node, stance) in stances.enumerate() {
+            let stance = stance?;
+            let on_wheel = |q| on_wheel(node, q, &stance);
+            let there = Self::readings(law, p, given, &stance, on_wheel)?;
             for (sum, value) in mean.iter_mut().zip(there) {
                 *sum += value * share;
             }
@@ -367,9 +311,14 @@ impl Predict for DrivePredictor {
     ) -> Result<Vec<T>, GapError> {
         let window = &self.windows[index];
         let p = &*of_log(law, p, self.soils, window.log);
-        let offsets = window.nodes.iter().map(|&offset| T::from(offset));
-        let near = &mut [const { Entries::unknown() }; NODES];
-        let predicted = self.mean_readings(law, p, &Given::from(window), raw, offsets, near)?;
+        let given = Given::from(window);
+        let of = |&offset| Stance::of(&self.vehicle, law, p, &given, raw, T::from(offset));
+        let stances = window.nodes.iter().map(of);
+        let near = &mut [const { Entries::<T::Primal>::unknown() }; NODES];
+        let on_wheel = |node: usize, q, stance: &Stance<T>| {
+            near[node].forces(law, p, q, stance.contact(q, &given))
+        };
+        let predicted = Self::mean_readings(law, p, &given, stances, on_wheel)?;
         Ok(window
             .measured
             .iter()
@@ -378,7 +327,7 @@ impl Predict for DrivePredictor {
     }
 
     fn contacts(&self) -> usize {
-        self.windows.len() * NODES * 4
+        surface::places(self.windows.len()).end
     }
 
     fn residuals(
@@ -471,23 +420,6 @@ impl Predict for DrivePredictor {
         });
         vary("every manoeuvre once more, as it was", &|_, _| {});
         designs
-    }
-}
-
-pub(crate) fn lift<T: Scalar>(v: &Vehicle<f64>) -> Vehicle<T> {
-    Vehicle {
-        mass: T::from(v.mass),
-        yaw_inertia: T::from(v.yaw_inertia),
-        track: T::from(v.track),
-        wheelbase: T::from(v.wheelbase),
-        cg_to_front_axle: T::from(v.cg_to_front_axle),
-        cg_height: T::from(v.cg_height),
-        yaw_damping: T::from(v.yaw_damping),
-        wheel_radius: T::from(v.wheel_radius),
-        wheel_width: T::from(v.wheel_width),
-        wheel_inertia: T::from(v.wheel_inertia),
-        wheel_damping: T::from(v.wheel_damping),
-        pitch: T::from(v.pitch),
     }
 }
 

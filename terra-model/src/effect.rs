@@ -117,6 +117,9 @@ pub trait Effect: Default + Send + Sync + 'static {
     const TOUCHES: &'static [Touch];
     /// What of the contact it acts by: where that is 0, it changes nothing.
     const READS: &'static [Circumstance] = &[];
+    /// Whether what it does to contact and forces follows from slip, load and wheel alone, and leaves no force sideways: what they
+    /// are between contacts may then be interpolated.
+    const BY_SLIP_AND_LOAD: bool = false;
     /// How a report that depends on the rate is late.
     const LATE: Late = Late::Shifted;
     /// Kinds of log it can show on.
@@ -249,6 +252,10 @@ pub trait AnyEffect:
     fn reads(&self) -> &'static [Circumstance] {
         &[]
     }
+    /// See [`Effect::BY_SLIP_AND_LOAD`].
+    fn is_by_slip_and_load(&self) -> bool {
+        false
+    }
     /// How a report that depends on the rate is late; a shift for most.
     fn late(&self) -> Late {
         Late::Shifted
@@ -291,6 +298,9 @@ impl<E: Effect> AnyEffect for E {
     }
     fn reads(&self) -> &'static [Circumstance] {
         E::READS
+    }
+    fn is_by_slip_and_load(&self) -> bool {
+        E::BY_SLIP_AND_LOAD
     }
     fn late(&self) -> Late {
         E::LATE

@@ -1,5 +1,6 @@
 //! Numbers side by side, and the same with one derivative: the SIMD scalars.
 
+mod abreast;
 mod dual;
 mod vector;
 
@@ -8,6 +9,7 @@ use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 use wide::{f32x16, f64x8};
 
 use crate::real::{Real, Root};
+pub use abreast::Abreast;
 pub use dual::LaneDual;
 pub use vector::Vector;
 

@@ -260,6 +260,17 @@ impl Law {
         self.effects.iter().any(|e| e.touches().contains(&touch))
     }
 
+    /// Whether pull and torque of a wheel follow from slip, load and wheel alone, on either side of zero slip without a jump or a
+    /// bend, and no force acts sideways: what they are between contacts may then be interpolated.
+    pub fn is_by_slip_and_load(&self) -> bool {
+        let at_wheel = |effect: &Arc<dyn AnyEffect>| {
+            let touches = effect.touches();
+            touches.contains(&Touch::Contact) || touches.contains(&Touch::Forces)
+        };
+        let mut effects = self.effects.iter();
+        self.model.is_by_slip_and_load() && effects.all(|e| !at_wheel(e) || e.is_by_slip_and_load())
+    }
+
     /// Forces at any scalar: contact effects, model, force effects, in the order the effects were named.
     ///
     /// # Errors

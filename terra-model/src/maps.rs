@@ -19,9 +19,11 @@ use crate::real::Real;
 mod bicubic;
 mod chebyshev;
 mod range;
+mod surface;
 
 pub use bicubic::BicubicMap;
 pub use range::{MapError, MapRange, MapSlopes};
+pub use surface::{ForceSurface, SurfaceNodes};
 
 use chebyshev::{
     CHUNKS, LOADS, chebyshev, coefficients, dot, polynomial_slopes, polynomials, series,

@@ -63,6 +63,9 @@ pub trait TerrainModel: Default + Send + Sync + 'static {
     const REFERENCE: &'static str;
     /// The hooks of [`Contact`] this model honours.
     const HOOKS: &'static [Hook] = &[];
+    /// Whether pull and torque follow from slip, load, wheel and hooks alone, and without a jump or a bend on either side of zero
+    /// slip: what they are between contacts may then be interpolated.
+    const BY_SLIP_AND_LOAD: bool = false;
 
     /// Forces of the ground on one wheel.
     ///
@@ -164,6 +167,10 @@ pub trait AnyModel: ModelAt<f64> + ModelAt<Dual8> + ModelAt<Lanes> + ModelAt<Lan
     fn reference(&self) -> &'static str;
     /// Hooks it honours.
     fn hooks(&self) -> &'static [Hook];
+    /// See [`TerrainModel::BY_SLIP_AND_LOAD`].
+    fn is_by_slip_and_load(&self) -> bool {
+        false
+    }
     /// See [`TerrainModel::slopes`].
     ///
     /// # Errors
@@ -225,6 +232,9 @@ impl<M: TerrainModel> AnyModel for M {
     }
     fn hooks(&self) -> &'static [Hook] {
         M::HOOKS
+    }
+    fn is_by_slip_and_load(&self) -> bool {
+        M::BY_SLIP_AND_LOAD
     }
     fn force_slopes(
         &self,

@@ -313,6 +313,21 @@ impl AnyEffect for FreeForm {
     fn reads(&self) -> &'static [Circumstance] {
         self.inner.reads()
     }
+    fn is_by_slip_and_load(&self) -> bool {
+        let elsewhere = |term: &Term| {
+            matches!(
+                term,
+                Term::Speed
+                    | Term::SpeedBend
+                    | Term::Path
+                    | Term::PathBend
+                    | Term::PathTwist
+                    | Term::Aside
+                    | Term::Passes
+            )
+        };
+        self.inner.is_by_slip_and_load() && !self.terms.iter().any(elsewhere)
+    }
     fn scope(&self) -> Scope {
         self.inner.scope()
     }

@@ -101,7 +101,7 @@ impl KinematicPredictor {
         slip: T,
         wheel: &[T],
     ) -> [T; VALUES] {
-        let mut vehicle: Vehicle<T> = lift(&self.vehicle);
+        let mut vehicle: Vehicle<T> = lift(&self.vehicle, T::from);
         let mut drag = T::zero();
         for (effect, e) in law.parts(p).1 {
             vehicle = T::of_effect(&**effect).vehicle_at(e, vehicle);

@@ -6,6 +6,7 @@ use nalgebra::{Const, U1};
 use wide::f64x8;
 
 use super::derivatives::{compare, step};
+use super::model::by_slip_and_load;
 use super::numeric::difference;
 use super::sample::{
     self, contact, contact_values, contacts, force_values, hooks, load_values, vehicle_values,
@@ -158,6 +159,9 @@ pub fn check_pair(
             }
         }
         let magnitude = typical(effect.params(), 0.5);
+        if law.is_by_slip_and_load() {
+            by_slip_and_load(&mut record, p, |at| law.forces(&with(&magnitude), at));
+        }
         for at in [contact(0.3, 245.25), contact(-0.2, 90.0)] {
             let x = with(&magnitude);
             let Ok((value, exact)) = law.jacobian(&x, &at) else {

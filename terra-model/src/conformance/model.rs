@@ -75,7 +75,33 @@ pub fn check_model_with(model: &dyn AnyModel, typical: &[Vec<f64>]) -> Result<Ch
     balance(&mut record, model, &few);
     bearing_limit(&mut record, model, &few);
     lanes(&mut record, model, typical);
+    if model.is_by_slip_and_load() {
+        for p in &few {
+            by_slip_and_load(&mut record, p, |at| forces(model, p, at));
+        }
+    }
     record.finish()
+}
+
+/// Where nothing but wheel, slip and load is told, pull and torque are the same, and nothing acts sideways.
+pub(super) fn by_slip_and_load(
+    record: &mut Record,
+    p: &[f64],
+    forces: impl Fn(&Contact<f64>) -> Result<WheelForces<f64>, ModelError>,
+) {
+    for at in contacts() {
+        let (Ok(f), Ok(bare)) = (forces(&at), forces(&sample::bare(&at))) else {
+            continue;
+        };
+        let same =
+            f.drawbar_pull == bare.drawbar_pull && f.resistive_torque == bare.resistive_torque;
+        record.expect(same && f.lateral_force == 0.0, "slip and load", || {
+            format!(
+                "{f:?}, where nothing else is told {bare:?}, at {}",
+                place(p, &at)
+            )
+        });
+    }
 }
 
 /// What a solver gets: the guard of every law, then the model.

@@ -73,6 +73,11 @@ pub(super) fn contact(slip: f64, normal_load: f64) -> Contact<f64> {
     }
 }
 
+/// The same wheel, slip and load where nothing else is told.
+pub(super) fn bare(at: &Contact<f64>) -> Contact<f64> {
+    Contact::new(at.slip, at.normal_load, at.radius, at.width)
+}
+
 pub(super) const SLIPS: [f64; 13] = [
     -1.0, -0.7, -0.3, -0.1, -0.02, 0.0, 0.02, 0.1, 0.3, 0.5, 0.7, 0.95, 1.0,
 ];

@@ -31,6 +31,7 @@ impl Effect for Bulldozing {
     const REFERENCE: &'static str = "M. G. Bekker, Introduction to Terrain-Vehicle Systems, 1969; passive earth pressure (Rankine)";
     const NEEDS_SOIL: &'static [&'static str] = &["cohesion", "friction_angle"];
     const TOUCHES: &'static [Touch] = &[Touch::Forces];
+    const BY_SLIP_AND_LOAD: bool = true;
     const REGIME: &'static str = "pull only, torque is blind; deep sinkage, heavy loads";
     const ISOLATED_BY: &'static str = "load cell on the drawbar beside the torque";
 

@@ -31,6 +31,7 @@ impl Effect for Grousers {
         "L. Ding et al., J. Terramechanics 48(1):27-45, 2011; chosen form and prior";
     const NEEDS: &'static [Hook] = &[Hook::LugHeight];
     const TOUCHES: &'static [Touch] = &[Touch::Contact];
+    const BY_SLIP_AND_LOAD: bool = true;
     const REGIME: &'static str = "pull and torque up, most on cohesive soil";
     const ISOLATED_BY: &'static str = "the same wheel with and without lugs";
 

@@ -30,6 +30,7 @@ impl Effect for InterfaceFriction {
         "J. G. Potyondy, Géotechnique 11(4), 1961; chosen form and prior";
     const NEEDS: &'static [Hook] = &[Hook::Cohesion, Hook::Friction];
     const TOUCHES: &'static [Touch] = &[Touch::Contact];
+    const BY_SLIP_AND_LOAD: bool = true;
     const REGIME: &'static str = "pull and torque down at every slip";
     const ISOLATED_BY: &'static str = "roughen the rim, or shear test against rim material";
 

@@ -46,6 +46,7 @@ impl Effect for LayeredSoil {
     const NEEDS: &'static [Hook] = &[Hook::Layer];
     const NEEDS_SOIL: &'static [&'static str] = &["stiffness", "sinkage_exponent"];
     const TOUCHES: &'static [Touch] = &[Touch::Contact];
+    const BY_SLIP_AND_LOAD: bool = true;
     const REGIME: &'static str = "sinkage and pull, suddenly, where the load reaches the layer";
     const ISOLATED_BY: &'static str =
         "a plate test to 100 mm, or two loads that sink less and more than the layer's depth";

@@ -29,6 +29,7 @@ impl Effect for LoadError {
     const REFERENCE: &'static str =
         "definition (sensitivity of a measuring system, JCGM 200:2012); chosen prior";
     const TOUCHES: &'static [Touch] = &[Touch::Contact];
+    const BY_SLIP_AND_LOAD: bool = true;
     const SCOPE: Scope = Scope::Rig;
     const REGIME: &'static str = "pull, torque and sinkage with the load";
     const ISOLATED_BY: &'static str = "put the wheel on a scale";

@@ -30,6 +30,7 @@ impl Effect for ShearHump {
         "J. Y. Wong, J. Preston-Thomas, J. Terramechanics 19(4), 1983; chosen form and prior";
     const NEEDS: &'static [Hook] = &[Hook::ShearHump];
     const TOUCHES: &'static [Touch] = &[Touch::Contact];
+    const BY_SLIP_AND_LOAD: bool = true;
     const REGIME: &'static str = "pull and torque peak at slip .05 to .3, then drop";
     const ISOLATED_BY: &'static str = "a shear test of the soil";
 

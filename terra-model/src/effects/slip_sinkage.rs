@@ -31,6 +31,7 @@ impl Effect for SlipSinkage {
         "L. Ding et al., J. Field Robotics 28(6), 2011: n = n0 + n1 s (formula recalled)";
     const NEEDS: &'static [Hook] = &[Hook::SinkageExponent];
     const TOUCHES: &'static [Touch] = &[Touch::Contact];
+    const BY_SLIP_AND_LOAD: bool = true;
     const REGIME: &'static str = "pull down, torque and sinkage up, slip above .3";
     const ISOLATED_BY: &'static str = "sinkage sensor, or the same slip at two loads";
 

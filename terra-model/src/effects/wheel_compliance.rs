@@ -30,6 +30,7 @@ impl Effect for WheelCompliance {
         "M. G. Bekker, Theory of Land Locomotion, 1956; chosen form and prior";
     const NEEDS: &'static [Hook] = &[Hook::ContactRadius];
     const TOUCHES: &'static [Touch] = &[Touch::Contact];
+    const BY_SLIP_AND_LOAD: bool = true;
     const REGIME: &'static str = "sinkage down under heavy load";
     const ISOLATED_BY: &'static str = "load the wheel on hard ground and measure the footprint";
 

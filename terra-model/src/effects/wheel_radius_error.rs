@@ -29,6 +29,7 @@ impl Effect for WheelRadiusError {
     const EQUATION: &'static str = "R -> R (1 + e), in the contact and in the slip";
     const REFERENCE: &'static str = "J. Borenstein, L. Feng, IEEE Trans. Robotics and Automation 12(6):869-880, 1996 (uncertain wheel diameters); chosen prior";
     const TOUCHES: &'static [Touch] = &[Touch::Contact];
+    const BY_SLIP_AND_LOAD: bool = true;
     const REGIME: &'static str = "slip offset at low slip; torque over pull";
     const ISOLATED_BY: &'static str = "measure the loaded radius with a tape";
 

@@ -37,6 +37,15 @@ impl LaneDual {
         slope.copied().map_or(0.0, f64::from)
     }
 
+    /// The sum over its lanes, in each of them.
+    pub(super) fn totalled(self) -> Self {
+        let total = |slope: f32x8| f32x8::splat(slope.reduce_add());
+        LaneDual {
+            value: Lanes::from(self.value.0.reduce_add()),
+            slopes: self.slopes.map(|slopes| slopes.map(total)),
+        }
+    }
+
     /// f(x) by its value and derivative.
     #[inline(never)]
     fn chain(&self, value: Lanes, derivative: Lanes) -> Self {

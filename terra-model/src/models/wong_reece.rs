@@ -206,6 +206,7 @@ W is given; θ1 follows from it (unique for i >= 0), then D, T and z = R(1 - cos
         Hook::Layer,
         Hook::LateralSlip,
     ];
+    const BY_SLIP_AND_LOAD: bool = true;
 
     fn wheel_forces<T: Real>(
         &self,

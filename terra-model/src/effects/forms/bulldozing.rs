@@ -35,6 +35,7 @@ impl Effect for BearingCapacity {
     const REFERENCE: &'static str = "M. G. Bekker, Introduction to Terrain-Vehicle Systems, 1969, with Terzaghi's factors as in Wong, Theory of Ground Vehicles (recalled)";
     const NEEDS_SOIL: &'static [&'static str] = &["cohesion", "friction_angle"];
     const TOUCHES: &'static [Touch] = &[Touch::Forces];
+    const BY_SLIP_AND_LOAD: bool = true;
 
     fn after<T: Real>(
         &self,
@@ -91,6 +92,7 @@ impl Effect for RubbingPile {
     const REFERENCE: &'static str = "Coulomb friction of a passive wedge on the rim; chosen form";
     const NEEDS_SOIL: &'static [&'static str] = &["cohesion", "friction_angle"];
     const TOUCHES: &'static [Touch] = &[Touch::Forces];
+    const BY_SLIP_AND_LOAD: bool = true;
 
     fn after<T: Real>(
         &self,

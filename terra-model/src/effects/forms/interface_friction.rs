@@ -32,6 +32,7 @@ impl Effect for Adhesion {
         "J. G. Potyondy, Géotechnique 11(4):339-353, 1961: f_c = c_a/c; chosen prior";
     const NEEDS: &'static [Hook] = &[Hook::Cohesion];
     const TOUCHES: &'static [Touch] = &[Touch::Contact];
+    const BY_SLIP_AND_LOAD: bool = true;
 
     fn before<T: Real>(&self, e: &[T], _soil: &Soil<T>, at: &mut Contact<T>) {
         at.hooks.cohesion *= T::one() - e[0];
@@ -64,6 +65,7 @@ impl Effect for SkinAngle {
     const NEEDS: &'static [Hook] = &[Hook::Friction];
     const NEEDS_SOIL: &'static [&'static str] = &["friction_angle"];
     const TOUCHES: &'static [Touch] = &[Touch::Contact];
+    const BY_SLIP_AND_LOAD: bool = true;
 
     fn before<T: Real>(&self, e: &[T], soil: &Soil<T>, at: &mut Contact<T>) {
         let Some(phi) = soil.friction_angle else {

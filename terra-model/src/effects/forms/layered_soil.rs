@@ -31,6 +31,7 @@ impl Effect for ShallowLayer {
     const NEEDS: &'static [Hook] = &[Hook::Layer];
     const NEEDS_SOIL: &'static [&'static str] = &["stiffness", "sinkage_exponent"];
     const TOUCHES: &'static [Touch] = &[Touch::Contact];
+    const BY_SLIP_AND_LOAD: bool = true;
 
     fn before<T: Real>(&self, e: &[T], soil: &Soil<T>, at: &mut Contact<T>) {
         add_layer(e[0], soil, at, 0.01);
@@ -62,6 +63,7 @@ impl Effect for PressureBulb {
     const NEEDS: &'static [Hook] = &[Hook::Stiffness];
     const NEEDS_SOIL: &'static [&'static str] = &["stiffness", "sinkage_exponent"];
     const TOUCHES: &'static [Touch] = &[Touch::Contact];
+    const BY_SLIP_AND_LOAD: bool = true;
 
     fn before<T: Real>(&self, e: &[T], soil: &Soil<T>, at: &mut Contact<T>) {
         let Some(z) = bekker_sinkage(soil, at) else {

@@ -36,6 +36,7 @@ impl Effect for ElasticUnloading {
     const NEEDS: &'static [Hook] = &[Hook::ExitRatio];
     const NEEDS_SOIL: &'static [&'static str] = &["stiffness", "sinkage_exponent"];
     const TOUCHES: &'static [Touch] = &[Touch::Contact];
+    const BY_SLIP_AND_LOAD: bool = true;
 
     fn before<T: Real>(&self, e: &[T], soil: &Soil<T>, at: &mut Contact<T>) {
         let (Some(z), Some(n)) = (bekker_sinkage(soil, at), soil.sinkage_exponent) else {
@@ -71,6 +72,7 @@ impl Effect for EnergyReturn {
     const REFERENCE: &'static str = "energy balance of an elastic part e of the compaction work, as J. Y. Wong, Theory of Ground Vehicles; chosen form";
     const NEEDS_SOIL: &'static [&'static str] = &["stiffness", "sinkage_exponent"];
     const TOUCHES: &'static [Touch] = &[Touch::Forces];
+    const BY_SLIP_AND_LOAD: bool = true;
 
     fn after<T: Real>(
         &self,

@@ -33,6 +33,7 @@ impl Effect for Excavation {
     const REFERENCE: &'static str = "A. R. Reece, Proc. Inst. Mech. Eng. 180(2):45-66, 1965: slip sinkage of lugs h i/(1 - i); the resistance is Bekker's, 1969";
     const NEEDS_SOIL: &'static [&'static str] = &["stiffness", "sinkage_exponent"];
     const TOUCHES: &'static [Touch] = &[Touch::Forces];
+    const BY_SLIP_AND_LOAD: bool = true;
 
     fn after<T: Real>(
         &self,
@@ -71,6 +72,7 @@ impl Effect for Proportional {
     const REFERENCE: &'static str = "M. Lyasko, J. Terramechanics 47(1):21-31, 2010 (recalled): (1 + i)/(1 - .5 i); the resistance is Bekker's, 1969";
     const NEEDS_SOIL: &'static [&'static str] = &["stiffness", "sinkage_exponent"];
     const TOUCHES: &'static [Touch] = &[Touch::Forces];
+    const BY_SLIP_AND_LOAD: bool = true;
 
     fn after<T: Real>(
         &self,

@@ -46,6 +46,7 @@ impl Effect for SubstituteCircle {
     const NEEDS: &'static [Hook] = &[Hook::ContactRadius];
     const NEEDS_SOIL: &'static [&'static str] = &["stiffness", "sinkage_exponent"];
     const TOUCHES: &'static [Touch] = &[Touch::Contact];
+    const BY_SLIP_AND_LOAD: bool = true;
 
     fn before<T: Real>(&self, e: &[T], soil: &Soil<T>, at: &mut Contact<T>) {
         let Some(z) = bekker_sinkage(soil, at) else {
@@ -82,6 +83,7 @@ impl Effect for LinearSpring {
     const NEEDS: &'static [Hook] = &[Hook::ContactRadius];
     const NEEDS_SOIL: &'static [&'static str] = &["stiffness", "sinkage_exponent"];
     const TOUCHES: &'static [Touch] = &[Touch::Contact];
+    const BY_SLIP_AND_LOAD: bool = true;
 
     fn before<T: Real>(&self, e: &[T], soil: &Soil<T>, at: &mut Contact<T>) {
         let Some(z) = bekker_sinkage(soil, at) else {

@@ -31,6 +31,7 @@ impl TerrainModel for Quick {
     const EQUATION: &'static str = WongReece::EQUATION;
     const REFERENCE: &'static str = WongReece::REFERENCE;
     const HOOKS: &'static [Hook] = WongReece::HOOKS;
+    const BY_SLIP_AND_LOAD: bool = WongReece::BY_SLIP_AND_LOAD;
 
     fn wheel_forces<T: Real>(
         &self,

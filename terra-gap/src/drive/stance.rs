@@ -1,0 +1,247 @@
+//! How a vehicle stands on its wheels at one moment of a window: what its sensors say, turned into slips and loads.
+
+use terra_model::{
+    Channel, Contact, LaneDual, Lanes, Late, Law, ModelError, Real, Root, Scalar, Touch, Vehicle,
+    library_slip,
+};
+
+use super::ahead::{self, Behind};
+use super::{GRAVITY, Given, SPEED, SPEED_RATE, WHEEL, WHEEL_RATE, YAW_ACCELERATION, YAW_RATE};
+use crate::error::GapError;
+use crate::sensor;
+
+/// Motion, slips and loads at one moment.
+pub(super) struct Stance<T> {
+    /// As effects make it, with its payload.
+    pub(super) vehicle: Vehicle<T>,
+    pub(super) speed: T,
+    pub(super) acceleration: T,
+    /// Of the sensor of ground speed.
+    pub(super) speed_gain: T,
+    /// What the logged rate of speed gains by that sensor's delay.
+    pub(super) quicker: T,
+    pub(super) yaw_rate: T,
+    pub(super) wheel: [T; 4],
+    pub(super) wheel_rate: [T; 4],
+    /// Gravity along the way.
+    pub(super) climbing: T,
+    travel: [T; 4],
+    /// Library slip.
+    pub(super) slip: [T; 4],
+    pub(super) load: [T; 4],
+    /// 1 forwards, -1 in reverse, where a wheel meets the same soil mirrored: magnitudes in, signs out.
+    pub(super) direction: [T; 4],
+}
+
+/// The speed over ground, and how it changes, behind what its sensor says.
+struct GroundSpeed<T> {
+    speed: T,
+    acceleration: T,
+    /// Of the sensor.
+    gain: T,
+    /// What the logged rate gains by the sensor's delay.
+    quicker: T,
+}
+
+impl<T: Scalar> GroundSpeed<T> {
+    fn of(law: &Law, p: &[T], given: &Given<T>, raw: &[T], offset: T) -> Self {
+        let rate = raw[SPEED_RATE];
+        let logged = raw[SPEED] + rate * offset;
+        if !law.acts(Touch::Sensor) {
+            return GroundSpeed {
+                speed: logged,
+                acceleration: rate,
+                gain: T::one(),
+                quicker: T::zero(),
+            };
+        }
+        let channel = Channel::GroundSpeed;
+        let behind = |late| sensor::behind(law, p, channel, raw[SPEED], late);
+        let late = Behind {
+            delay: behind(Late::Shifted),
+            constant: behind(Late::Following),
+        };
+        let (gained, quicker) = ahead::gained(raw, &given.around, offset, late);
+        let reported = logged + gained;
+        let gain = sensor::gain(law, p, channel, reported);
+        GroundSpeed {
+            speed: sensor::truth(law, p, channel, reported),
+            acceleration: (rate + quicker) / gain,
+            gain,
+            quicker,
+        }
+    }
+}
+
+/// The vehicle as effects make it, on ground of this pitch.
+pub(super) fn altered<T: Scalar>(
+    vehicle: &Vehicle<f64>,
+    law: &Law,
+    p: &[T],
+    pitch: T,
+) -> Vehicle<T> {
+    let mut vehicle = lift(vehicle, T::from);
+    vehicle.pitch = pitch;
+    for (effect, e) in law.acting(p, Touch::Vehicle) {
+        vehicle = T::of_effect(&**effect).vehicle_at(e, vehicle);
+    }
+    vehicle
+}
+
+impl<T: Scalar> Stance<T> {
+    /// `offset` seconds from a window's middle, on its straight line of motion.
+    ///
+    /// # Errors
+    /// A wheel that turns against its motion.
+    pub(super) fn of(
+        vehicle: &Vehicle<f64>,
+        law: &Law,
+        p: &[T],
+        given: &Given<T>,
+        raw: &[T],
+        offset: T,
+    ) -> Result<Self, GapError> {
+        let mut vehicle = altered(vehicle, law, p, given.pitch);
+        // The operator weighed the payload; an error of the file's mass does not scale it.
+        vehicle.mass += given.payload;
+        let GroundSpeed {
+            speed,
+            acceleration,
+            gain: speed_gain,
+            quicker,
+        } = GroundSpeed::of(law, p, given, raw, offset);
+        let yaw_rate = raw[YAW_RATE] + raw[YAW_ACCELERATION] * offset;
+        let wheel: [T; 4] = std::array::from_fn(|q| raw[WHEEL + q] + raw[WHEEL_RATE + q] * offset);
+
+        let (sin, cos) = vehicle.pitch.sin_cos();
+        let climbing = sin * GRAVITY;
+        let pressing = cos * given.cos_roll * GRAVITY;
+        let to_rear = vehicle.wheelbase - vehicle.cg_to_front_axle;
+        let transfer = vehicle.cg_height * (acceleration + climbing);
+        let share = vehicle.mass / (vehicle.wheelbase * 2.0);
+        let front = share * (to_rear * pressing - transfer);
+        let rear = share * (vehicle.cg_to_front_axle * pressing + transfer);
+        let aside = speed * yaw_rate + cos * given.sin_roll * GRAVITY;
+        let lean = vehicle.cg_height * aside * 2.0 / (pressing * vehicle.track);
+
+        let mut stance = Stance {
+            vehicle,
+            speed,
+            acceleration,
+            speed_gain,
+            quicker,
+            yaw_rate,
+            wheel,
+            wheel_rate: std::array::from_fn(|q| raw[WHEEL_RATE + q]),
+            climbing,
+            travel: [T::zero(); 4],
+            slip: [T::zero(); 4],
+            load: [T::zero(); 4],
+            direction: [T::one(); 4],
+        };
+        for (q, turning) in wheel.into_iter().enumerate() {
+            let left = q % 2 == 0;
+            let arm = vehicle.track * if left { -0.5 } else { 0.5 };
+            let travel = speed + yaw_rate * arm;
+            let rim = turning * vehicle.wheel_radius;
+            if (rim * travel).primal().any_lt(T::zero().primal()) {
+                return Err(GapError::Model(ModelError::Contact {
+                    quantity: "rim speed times travel speed",
+                    value: (rim * travel).primal().min_lane(),
+                    expected: "a wheel that turns with its motion",
+                }));
+            }
+            let leaning = if left { T::one() - lean } else { lean + 1.0 };
+            stance.travel[q] = travel;
+            stance.slip[q] = library_slip(rim, travel);
+            stance.load[q] = if q < 2 { front } else { rear } * leaning;
+            let one = T::one();
+            stance.direction[q] = rim.select_lt(T::zero(), -one, one);
+        }
+        Ok(stance)
+    }
+}
+
+impl<S: Real> Stance<S> {
+    /// How far a wheel is ahead of the centre \[m\].
+    pub(super) fn ahead(&self, wheel: usize) -> S {
+        let vehicle = &self.vehicle;
+        if wheel < 2 {
+            vehicle.cg_to_front_axle
+        } else {
+            vehicle.cg_to_front_axle - vehicle.wheelbase
+        }
+    }
+
+    /// The contact of a wheel.
+    pub(super) fn contact<T: Scalar>(&self, wheel: usize, given: &Given<T>) -> Contact<T>
+    where
+        S: Factor<T>,
+    {
+        let vehicle = &self.vehicle;
+        let mut at = Contact::new(
+            self.slip[wheel].lifted(),
+            self.load[wheel].lifted(),
+            vehicle.wheel_radius.lifted(),
+            vehicle.wheel_width.lifted(),
+        );
+        let travel = self.travel[wheel];
+        at.speed = travel.lifted();
+        at.wheel_speed = self.wheel[wheel].lifted();
+        at.yaw_rate = self.yaw_rate.lifted();
+        at.wheelbase = vehicle.wheelbase.lifted();
+        let aside = self.ahead(wheel) * self.yaw_rate;
+        at.slip_angle = (aside / travel.abs()).atan().lifted();
+        at.path = given.path;
+        at.time = given.time;
+        at.side = T::from(if wheel.is_multiple_of(2) { -1.0 } else { 1.0 });
+        // In reverse the rear axle leads, and the front axle runs in its rut.
+        let leads = (wheel < 2) == given.forwards;
+        at.earlier_passes = given.earlier_passes + if leads { 0.0 } else { 1.0 };
+        at
+    }
+}
+
+/// A number beside those of a scalar: one of them, or a constant, which is quicker to move about.
+pub(super) trait Factor<T: Real>: Real {
+    /// The product.
+    fn times(self, x: &T) -> T;
+    /// The number itself.
+    fn lifted(self) -> T;
+}
+
+impl<T: Real> Factor<T> for T {
+    fn times(self, x: &T) -> T {
+        self * *x
+    }
+    fn lifted(self) -> T {
+        self
+    }
+}
+
+impl Factor<LaneDual> for Lanes {
+    fn times(self, x: &LaneDual) -> LaneDual {
+        x.scaled(self)
+    }
+    fn lifted(self) -> LaneDual {
+        LaneDual::from_primal(self)
+    }
+}
+
+/// Of another scalar.
+pub(crate) fn lift<S: Copy, T>(v: &Vehicle<S>, of: impl Fn(S) -> T) -> Vehicle<T> {
+    Vehicle {
+        mass: of(v.mass),
+        yaw_inertia: of(v.yaw_inertia),
+        track: of(v.track),
+        wheelbase: of(v.wheelbase),
+        cg_to_front_axle: of(v.cg_to_front_axle),
+        cg_height: of(v.cg_height),
+        yaw_damping: of(v.yaw_damping),
+        wheel_radius: of(v.wheel_radius),
+        wheel_width: of(v.wheel_width),
+        wheel_inertia: of(v.wheel_inertia),
+        wheel_damping: of(v.wheel_damping),
+        pitch: of(v.pitch),
+    }
+}
