@@ -112,7 +112,8 @@ impl<T: Abreast> Surfaces<T> {
         let Some(wheel) = contacts.first().map(|c| c.wheel) else {
             return;
         };
-        if contacts.iter().any(|c| c.wheel != wheel) {
+        let alike = |c: &Place| c.wheel == wheel && c.slip.is_finite() && c.load > 0.0;
+        if !contacts.iter().all(alike) {
             return;
         }
         let windows = predictor.windows.len();
@@ -229,7 +230,7 @@ fn contacts<T: Abreast>(
         }
         Ok(places)
     };
-    let alone = |_| Ok(vec![]);
+    let alone = |i| Ok(together(&[i])?.concat());
     Ok(in_groups(indices, kind, 1, together, alone)?.concat())
 }
 
