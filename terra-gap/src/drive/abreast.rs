@@ -403,13 +403,13 @@ mod tests {
                     }
                 }
             }
-            // Where a surface stands for the wheels, what it says is theirs: a thousandth of what a torque is known to.
+            // Where a surface stands for the wheels, what it says is theirs, to a thousandth of what a torque is known to.
             let none = Memory::none();
             let last = Last::of(&none, p.iter().copied());
             let lanes: Vec<Lanes> = p.iter().map(|&v| Lanes::from(v)).collect();
             let surfaces = Surfaces::of(&predictor, &law, &lanes, &indices, &last);
             assert_eq!(surfaces.any(), law.is_by_slip_and_load());
-            let within = if surfaces.any() { 1e-4 } else { 1e-7 };
+            let within = if surfaces.any() { 1e-5 } else { 1e-7 };
             for (&i, found) in indices.iter().zip(&abreast) {
                 let alone = predictor.residual(&law, &p, i, &predictor.raw(i)).unwrap();
                 for (a, b) in found.iter().zip(&alone) {

@@ -21,8 +21,8 @@ const SIZES: [(usize, usize); 2] = [(10, 4), (8, 4)];
 const MOST: usize = 48;
 /// Contacts for each node from which a surface is worth its nodes.
 const WORTH: usize = 2;
-/// Largest error, as a share of the load and of load times radius, of driven wheels and of braked ones: of either, a twentieth at
-/// most of what the torque of a usual window is known to, and no more than the law that fits ask is off itself.
+/// Largest error, as a share of the load and of load times radius, of driven wheels and of braked ones: a thirtieth at most of what
+/// the torque of a usual window is known to, and about what the law that fits ask is off itself (1e-5 and 1e-4).
 const WITHIN: [f64; 2] = [2e-5, 5e-5];
 /// Least width of a surface in slip, and in the logarithm of load.
 const NARROW: f64 = 1e-3;

@@ -166,7 +166,8 @@ impl<T: Abreast> ForceSurface<T> {
         self.nodes
     }
 
-    /// D \[N\] and T \[N m\], with the slopes that coefficients, slip and load have.
+    /// D \[N\] and T \[N m\] at a slip \[1\] and a normal load \[N\], with the slopes that coefficients, slip and load have. Only
+    /// within the range of its nodes: beyond it the polynomial goes on, and means nothing.
     pub fn at(&self, slip: &T, load: &T) -> [T; 2] {
         let nodes = &self.nodes;
         let (here, weight) = (slip.primal(), load.primal());
