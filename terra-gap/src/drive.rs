@@ -19,6 +19,7 @@ mod abreast;
 mod ahead;
 mod cells;
 mod choice;
+mod frame;
 mod held;
 mod own_noise;
 mod read;
@@ -44,6 +45,7 @@ use crate::logs::of_log;
 use crate::memory::Memory;
 use crate::predictor::{Design, Predict, Sloped};
 use crate::sensor;
+use frame::Frames;
 pub(crate) use stance::lift;
 use stance::{Factor, Stance};
 
@@ -114,6 +116,23 @@ struct OnWheel<T> {
     torque: T,
     /// Left positive; none: nothing acts sideways.
     aside: Option<T>,
+}
+
+/// What it gives a vehicle: torque at each wheel, force along the vehicle and moment about its centre.
+struct Ground<T> {
+    torque: [T; 4],
+    force: T,
+    moment: T,
+}
+
+impl<T: Scalar> Ground<T> {
+    fn none() -> Self {
+        Ground {
+            torque: [T::zero(); 4],
+            force: T::zero(),
+            moment: T::zero(),
+        }
+    }
 }
 
 #[derive(Clone, Debug)]
@@ -197,6 +216,7 @@ pub(crate) struct DrivePredictor {
     windows: Vec<Window>,
     /// How many logs have a soil of their own.
     soils: usize,
+    frames: Frames,
 }
 
 impl DrivePredictor {
@@ -206,6 +226,7 @@ impl DrivePredictor {
             vehicle,
             windows,
             soils,
+            frames: Frames::default(),
         }
     }
 
@@ -213,28 +234,46 @@ impl DrivePredictor {
     fn readings<T: Scalar, S: Factor<T>>(
         law: &Law,
         p: &[T],
-        given: &Given<T>,
+        given: &Given<S>,
         stance: &Stance<S>,
         mut on_wheel: impl FnMut(usize) -> Result<OnWheel<T>, GapError>,
     ) -> Result<[T; VALUES], GapError> {
-        let vehicle = &stance.vehicle;
+        let mut ground = Ground::none();
+        let half_track = stance.vehicle.track * 0.5;
         let mut pull = [T::zero(); 4];
-        let mut torque = [T::zero(); 4];
-        let mut side_moment = T::zero();
         for q in 0..4 {
             let forces = on_wheel(q)?;
             pull[q] = stance.direction[q].times(&forces.pull);
             if let Some(aside) = forces.aside {
-                side_moment += stance.ahead(q).times(&aside);
+                ground.moment += stance.ahead(q).times(&aside);
             }
+            ground.torque[q] = stance.direction[q].times(&forces.torque);
+        }
+        ground.force = pull[0] + pull[1] + pull[2] + pull[3];
+        ground.moment += half_track.times(&(pull[1] + pull[3] - pull[0] - pull[2]));
+        Ok(Self::told(law, p, given, stance, ground))
+    }
+
+    /// What the sensors tell of a stance on ground that gives so much.
+    fn told<T: Scalar, S: Factor<T>>(
+        law: &Law,
+        p: &[T],
+        given: &Given<S>,
+        stance: &Stance<S>,
+        ground: Ground<T>,
+    ) -> [T; VALUES] {
+        let vehicle = &stance.vehicle;
+        let Ground {
+            mut torque,
+            mut force,
+            mut moment,
+        } = ground;
+        for (q, torque) in torque.iter_mut().enumerate() {
             let own = vehicle.wheel_inertia * stance.wheel_rate[q]
                 + vehicle.wheel_damping * stance.wheel[q];
-            torque[q] = stance.direction[q].times(&forces.torque) + own.lifted();
+            *torque += own.lifted();
         }
-        let mut force = pull[0] + pull[1] + pull[2] + pull[3];
-        let mut moment = (vehicle.track * 0.5).times(&(pull[1] + pull[3] - pull[0] - pull[2]))
-            + side_moment
-            - (vehicle.yaw_damping * stance.yaw_rate).lifted();
+        moment -= (vehicle.yaw_damping * stance.yaw_rate).lifted();
         let mut delivered = torque;
         if law.acts(Touch::Loads) {
             let motion = Motion {
@@ -243,8 +282,8 @@ impl DrivePredictor {
                 yaw_rate: stance.yaw_rate.lifted(),
                 wheel_speed: stance.wheel.map(S::lifted),
                 wheel_torque: torque,
-                path: given.path,
-                time: given.time,
+                path: given.path.lifted(),
+                time: given.time.lifted(),
             };
             let vehicle = lift(vehicle, S::lifted);
             let loads = law
@@ -268,14 +307,14 @@ impl DrivePredictor {
         predicted[SPEED_RATE] =
             stance.speed_gain.times(&(felt - stance.climbing.lifted())) - stance.quicker.lifted();
         predicted[YAW_ACCELERATION] = (S::one() / vehicle.yaw_inertia).times(&moment);
-        Ok(predicted)
+        predicted
     }
 
     /// Their mean over stances. `on_wheel`: what the ground gives a wheel, by the number of the stance and its own.
     fn mean_readings<T: Scalar, S: Factor<T>>(
         law: &Law,
         p: &[T],
-        given: &Given<T>,
+        given: &Given<S>,
         stances: impl ExactSizeIterator<Item = Result<Stance<S>, GapError>>,
         mut on_wheel: impl FnMut(usize, usize, &Stance<S>) -> Result<OnWheel<T>, GapError>,
     ) -> Result<[T; VALUES], GapError> {

@@ -12,7 +12,7 @@ use crate::memory::Memory;
 use crate::parallel::try_for_each;
 
 /// A residual and its slopes in up to [`LaneDual::SLOPES`] variables.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Sloped {
     pub(crate) value: f64,
     pub(crate) slopes: [f64; LaneDual::SLOPES],

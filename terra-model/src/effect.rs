@@ -30,6 +30,20 @@ pub enum Channel {
     Sinkage,
 }
 
+impl Channel {
+    /// All of them.
+    pub const ALL: &'static [Channel] = &[
+        Channel::WheelTorque,
+        Channel::WheelSpeed,
+        Channel::GroundSpeed,
+        Channel::YawRate,
+        Channel::AccelX,
+        Channel::DrawbarPull,
+        Channel::NormalLoad,
+        Channel::Sinkage,
+    ];
+}
+
 /// Which of its five methods an effect overrides: where in the chain it acts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Touch {
@@ -67,7 +81,7 @@ pub enum Late {
 
 /// What a contact tells beside slip, load and wheel. A wheel on its own has none of it: all are 0 in
 /// [`Contact::new`](crate::Contact::new).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Circumstance {
     /// Sideways motion of the wheel.
     SlipAngle,
@@ -77,6 +91,8 @@ pub enum Circumstance {
     EarlierPasses,
     /// Side of the vehicle.
     Side,
+    /// Speed of the wheel's centre, and that of its rim, which follows from it by slip.
+    Speed,
 }
 
 impl Circumstance {
@@ -87,6 +103,47 @@ impl Circumstance {
             Circumstance::Path => "path travelled",
             Circumstance::EarlierPasses => "earlier passes over the track",
             Circumstance::Side => "side of the vehicle",
+            Circumstance::Speed => "speed",
+        }
+    }
+}
+
+impl Circumstance {
+    /// All of them.
+    pub const ALL: [Circumstance; 5] = [
+        Circumstance::SlipAngle,
+        Circumstance::Path,
+        Circumstance::EarlierPasses,
+        Circumstance::Side,
+        Circumstance::Speed,
+    ];
+
+    /// How much of it a contact tells; of speed, that of its centre.
+    pub fn told_by<T: Real>(self, at: &Contact<T>) -> T {
+        match self {
+            Circumstance::SlipAngle => at.slip_angle,
+            Circumstance::Path => at.path,
+            Circumstance::EarlierPasses => at.earlier_passes,
+            Circumstance::Side => at.side,
+            Circumstance::Speed => at.speed,
+        }
+    }
+
+    /// Tells a contact so much of it. A speed is told of centre and rim, as they go together at the contact's slip.
+    pub fn tell<T: Real>(self, at: &mut Contact<T>, value: T) {
+        match self {
+            Circumstance::SlipAngle => at.slip_angle = value,
+            Circumstance::Path => at.path = value,
+            Circumstance::EarlierPasses => at.earlier_passes = value,
+            Circumstance::Side => at.side = value,
+            Circumstance::Speed => {
+                let one = T::one();
+                // Driven i = 1 - v/(R ω), braked i = R ω/v - 1.
+                let rim =
+                    at.slip
+                        .select_lt(T::zero(), value * (one + at.slip), value / (one - at.slip));
+                (at.speed, at.wheel_speed) = (value, rim / at.radius);
+            }
         }
     }
 }
@@ -117,9 +174,11 @@ pub trait Effect: Default + Send + Sync + 'static {
     const TOUCHES: &'static [Touch];
     /// What of the contact it acts by: where that is 0, it changes nothing.
     const READS: &'static [Circumstance] = &[];
-    /// Whether what it does to contact and forces follows from slip, load and wheel alone, and leaves no force sideways: what they
-    /// are between contacts may then be interpolated.
-    const BY_SLIP_AND_LOAD: bool = false;
+    /// What beside slip, load and wheel it is that contact and forces follow from under it, with no force sideways: what they are
+    /// between contacts may then be interpolated. None: from anything.
+    const BESIDE_SLIP_AND_LOAD: Option<&'static [Circumstance]> = None;
+    /// Channels whose reports it changes, where it acts on a sensor: the others it leaves as they are.
+    const CHANNELS: &'static [Channel] = Channel::ALL;
     /// How a report that depends on the rate is late.
     const LATE: Late = Late::Shifted;
     /// Kinds of log it can show on.
@@ -252,9 +311,13 @@ pub trait AnyEffect:
     fn reads(&self) -> &'static [Circumstance] {
         &[]
     }
-    /// See [`Effect::BY_SLIP_AND_LOAD`].
-    fn is_by_slip_and_load(&self) -> bool {
-        false
+    /// See [`Effect::BESIDE_SLIP_AND_LOAD`].
+    fn beside_slip_and_load(&self) -> Option<Vec<Circumstance>> {
+        None
+    }
+    /// See [`Effect::CHANNELS`].
+    fn channels(&self) -> &'static [Channel] {
+        Channel::ALL
     }
     /// How a report that depends on the rate is late; a shift for most.
     fn late(&self) -> Late {
@@ -299,8 +362,11 @@ impl<E: Effect> AnyEffect for E {
     fn reads(&self) -> &'static [Circumstance] {
         E::READS
     }
-    fn is_by_slip_and_load(&self) -> bool {
-        E::BY_SLIP_AND_LOAD
+    fn beside_slip_and_load(&self) -> Option<Vec<Circumstance>> {
+        E::BESIDE_SLIP_AND_LOAD.map(<[_]>::to_vec)
+    }
+    fn channels(&self) -> &'static [Channel] {
+        E::CHANNELS
     }
     fn late(&self) -> Late {
         E::LATE

@@ -7,7 +7,7 @@ use nalgebra::DMatrix;
 use crate::batch::{Batch, BatchForces, Precision};
 use crate::contact::Contact;
 use crate::dual::{Dual8, jacobian};
-use crate::effect::{AnyEffect, Touch};
+use crate::effect::{AnyEffect, Channel, Circumstance, Touch};
 use crate::error::ModelError;
 use crate::forces::WheelForces;
 use crate::guard::{count, guard};
@@ -260,15 +260,29 @@ impl Law {
         self.effects.iter().any(|e| e.touches().contains(&touch))
     }
 
-    /// Whether pull and torque of a wheel follow from slip, load and wheel alone, on either side of zero slip without a jump or a
-    /// bend, and no force acts sideways: what they are between contacts may then be interpolated.
-    pub fn is_by_slip_and_load(&self) -> bool {
-        let at_wheel = |effect: &Arc<dyn AnyEffect>| {
+    /// Whether an effect acts on what a sensor of this channel reports.
+    pub fn acts_on(&self, channel: Channel) -> bool {
+        let sensors = self.effects.iter();
+        let mut sensors = sensors.filter(|e| e.touches().contains(&Touch::Sensor));
+        sensors.any(|e| e.channels().contains(&channel))
+    }
+
+    /// What beside slip, load and wheel it is that pull and torque of a wheel follow from, on either side of zero slip without a jump
+    /// or a bend, where no force acts sideways: what they are between contacts may then be interpolated. None: from anything.
+    pub fn beside_slip_and_load(&self) -> Option<Vec<Circumstance>> {
+        let mut beside = vec![];
+        if !self.model.is_by_slip_and_load() {
+            return None;
+        }
+        for effect in &self.effects {
             let touches = effect.touches();
-            touches.contains(&Touch::Contact) || touches.contains(&Touch::Forces)
-        };
-        let mut effects = self.effects.iter();
-        self.model.is_by_slip_and_load() && effects.all(|e| !at_wheel(e) || e.is_by_slip_and_load())
+            if touches.contains(&Touch::Contact) || touches.contains(&Touch::Forces) {
+                beside.extend(effect.beside_slip_and_load()?);
+            }
+        }
+        beside.sort_unstable();
+        beside.dedup();
+        Some(beside)
     }
 
     /// Forces at any scalar: contact effects, model, force effects, in the order the effects were named.

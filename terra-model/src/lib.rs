@@ -77,7 +77,10 @@ pub use forces::{Angles, Contributions, Flags, WheelForces};
 pub use lanes::{Abreast, LaneDual, Lanes, Lanes32, Vector};
 pub use law::{ForceLaw, Law};
 pub use lugs::LugPhase;
-pub use maps::{BicubicMap, ForceMap, ForceSurface, MapError, MapRange, MapSlopes, SurfaceNodes};
+pub use maps::{
+    Beside, BicubicMap, ForceMap, ForceSurface, MapError, MapRange, MapSlopes, SurfaceContacts,
+    SurfaceNodes, SurfacePlace,
+};
 pub use model::{AnyModel, ForceSlopes, ModelAt, Soil, TerrainModel};
 pub use names::nearest;
 pub use param::{Param, Scale};

@@ -23,7 +23,7 @@ mod surface;
 
 pub use bicubic::BicubicMap;
 pub use range::{MapError, MapRange, MapSlopes};
-pub use surface::{ForceSurface, SurfaceNodes};
+pub use surface::{Beside, ForceSurface, SurfaceContacts, SurfaceNodes, SurfacePlace};
 
 use chebyshev::{
     CHUNKS, LOADS, chebyshev, coefficients, dot, polynomial_slopes, polynomials, series,

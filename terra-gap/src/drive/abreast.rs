@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use terra_model::{Abreast, LaneDual, Lanes, Law, Real, Touch, Vector};
+use terra_model::{Abreast, LaneDual, Lanes, Law, Touch, Vector};
 
 use super::stance::{Factor, Stance};
 use super::surface::Surfaces;
@@ -51,22 +51,23 @@ pub(super) fn residuals(
     memory: &Memory,
 ) -> Result<Vec<Vec<f64>>, GapError> {
     let in_lanes: Vec<Lanes> = p.iter().map(|&v| Lanes::from(v)).collect();
-    let last = Last::of(memory, p.iter().copied());
-    let surfaces = Surfaces::of(predictor, law, &in_lanes, indices, &last);
-    let last = last.beside(&surfaces);
-    let worth = if surfaces.any() { 1 } else { WORTH };
-    let found = in_groups(
+    let asked = Asked {
+        predictor,
+        law,
+        p: &in_lanes,
+        varied: &(0..0),
         indices,
-        |i| Kind::of(predictor, &predictor.windows[i]),
-        worth,
-        |windows| {
-            let of_lane = |residual: &Lanes, lane| residual.lane(lane);
-            let group = Group::of(predictor, windows, |_, x| x);
-            together(predictor, law, &in_lanes, &group, of_lane, &last, &surfaces)
-        },
-        |i| predictor.residual(law, p, i, &predictor.raw(i)),
-    );
-    memory.end(found, p.iter().copied())
+        memory,
+    };
+    let of_lane = |residual: &Lanes, lane| residual.lane(lane);
+    let raw = |_, x| x;
+    let alone = |i| predictor.residual(law, p, i, &predictor.raw(i));
+    asked.answered(
+        of_lane,
+        raw,
+        |surfaces| if surfaces { 1 } else { WORTH },
+        Some(alone),
+    )
 }
 
 /// The same with their slopes.
@@ -81,26 +82,106 @@ pub(super) fn slopes(
     indices: &[usize],
     memory: &Memory,
 ) -> Result<Vec<Vec<Sloped>>, GapError> {
-    let at = || p.iter().map(|p| p.primal().lane(0));
-    let last = Last::of(memory, at());
-    let surfaces = Surfaces::of(predictor, law, p, indices, &last);
-    let last = last.beside(&surfaces);
-    let together = |windows: &[usize]| {
-        let group = Group::of(predictor, windows, |k, x| varying(k, x, varied));
-        together(predictor, law, p, &group, Sloped::of_lane, &last, &surfaces)
-    };
-    let found = in_groups(
+    let asked = Asked {
+        predictor,
+        law,
+        p,
+        varied,
         indices,
-        |i| Kind::of(predictor, &predictor.windows[i]),
-        1,
-        together,
-        |i| Ok(together(&[i])?.concat()),
-    );
-    memory.end(found, at())
+        memory,
+    };
+    let raw = |k, x| varying(k, x, varied);
+    let alone: Option<fn(usize) -> _> = None;
+    asked.answered(Sloped::of_lane, raw, |_| 1, alone)
+}
+
+/// Windows that are asked at once.
+struct Asked<'a, T> {
+    predictor: &'a DrivePredictor,
+    law: &'a Law,
+    p: &'a [T],
+    /// Raw quantities that vary.
+    varied: &'a Range<usize>,
+    indices: &'a [usize],
+    memory: &'a Memory,
+}
+
+impl<T: Abreast> Asked<'_, T>
+where
+    Lanes: Factor<T>,
+{
+    /// What `of_lane` makes of the residuals of each. `raw`: a raw quantity by its place. `worth`: from how many windows on a group
+    /// is cheaper than each of them `alone`, where surfaces stand and where not.
+    fn answered<A: Clone + Default + Send + Sync>(
+        &self,
+        of_lane: impl Fn(&T, usize) -> A + Sync,
+        raw: impl Fn(usize, Lanes) -> T + Sync,
+        worth: impl Fn(bool) -> usize,
+        alone: Option<impl Fn(usize) -> Result<Vec<A>, GapError> + Sync>,
+    ) -> Result<Vec<Vec<A>>, GapError> {
+        let Asked {
+            predictor,
+            law,
+            p,
+            indices,
+            memory,
+            ..
+        } = *self;
+        let at = || p.iter().map(|p| p.primal().lane(0));
+        let last = Last::of(memory, at());
+        let frame = predictor
+            .frame(law, indices)
+            .filter(|_| self.varied.is_empty());
+        let surfaces = Surfaces::of(predictor, law, p, indices, frame.as_deref(), &last);
+        let last = last.beside(&surfaces);
+        let mut out = vec![vec![]; indices.len()];
+        if let Some(frame) = frame.filter(|_| surfaces.any()) {
+            let found =
+                frame.residuals(law, p, &surfaces, |residual, lane| of_lane(residual, lane));
+            for (place, residual) in found {
+                let measured = &predictor.windows[indices[place]].measured;
+                out[place] = measured.iter().map(|&k| residual[k].clone()).collect();
+            }
+        }
+        let left: Vec<usize> = (0..indices.len())
+            .filter(|&place| out[place].is_empty())
+            .collect();
+        let windows: Vec<usize> = left.iter().map(|&place| indices[place]).collect();
+        let together = |windows: &[usize]| {
+            let group = Group::of(predictor, windows, &raw);
+            together(predictor, law, p, &group, &of_lane, &last, &surfaces)
+        };
+        let found = in_groups(
+            &windows,
+            |i| Kind::of(predictor, &predictor.windows[i]),
+            worth(surfaces.any()),
+            together,
+            |i| match &alone {
+                Some(alone) => alone(i),
+                None => Ok(together(&[i])?.concat()),
+            },
+        );
+        for (place, found) in left.into_iter().zip(memory.end(found, at())?) {
+            out[place] = found;
+        }
+        Ok(out)
+    }
 }
 
 /// What a braked wheel costs, a driven one being 1: its stresses are integrated in pieces.
 const BRAKED: f64 = 3.0;
+
+impl Kind {
+    /// What windows must have in common to lie side by side at all.
+    pub(super) fn side_by_side(&self) -> (usize, bool) {
+        (self.nodes, self.forwards)
+    }
+
+    /// Puts those beside each other whose wheels slip the same way.
+    pub(super) fn order(&self) -> [bool; 4] {
+        self.braked
+    }
+}
 
 impl abreast::Kind for Kind {
     fn cost(&self) -> f64 {
@@ -204,6 +285,15 @@ impl<'a, T: Abreast> Group<'a, T> {
         self.offsets.iter().map(of)
     }
 
+    /// The same under a law that leaves it as it is.
+    pub(super) fn left<'s>(
+        &'s self,
+        predictor: &'s DrivePredictor,
+    ) -> impl Iterator<Item = Result<Stance<T>, GapError>> + 's {
+        let of = |offset: &T| Stance::left(&predictor.vehicle, &self.given, &self.raw, *offset);
+        self.offsets.iter().map(of)
+    }
+
     /// Whether it may stand otherwise elsewhere.
     fn may_vary(&self, law: &Law, p: &[T]) -> bool {
         let moves = |touch| law.acting(p, touch).any(|(_, e)| e.iter().any(T::varies));
@@ -215,9 +305,9 @@ impl<'a, T: Abreast> Group<'a, T> {
     /// # Errors
     /// Where one of them has no answer.
     fn readings<S: Factor<T>>(
-        &self,
         law: &Law,
         p: &[T],
+        given: &Given<S>,
         stances: impl ExactSizeIterator<Item = Result<Stance<S>, GapError>>,
         near: &mut [Entries<Lanes>; NODES],
         surfaces: &Surfaces<T>,
@@ -227,9 +317,9 @@ impl<'a, T: Abreast> Group<'a, T> {
             if let Some(forces) = surfaces.forces(&slip, &load) {
                 return Ok(forces);
             }
-            near[node].forces(law, p, q, stance.contact(q, &self.given))
+            near[node].forces(law, p, q, stance.contact(q, given))
         };
-        DrivePredictor::mean_readings(law, p, &self.given, stances, on_wheel)
+        DrivePredictor::mean_readings(law, p, given, stances, on_wheel)
     }
 
     /// The same without derivatives.
@@ -266,13 +356,13 @@ where
     let mut near = remembered(group.indices, last);
     let predicted = if group.may_vary(law, p) {
         let stances = group.stances(predictor, law, p);
-        group.readings(law, p, stances, &mut near, surfaces)?
+        Group::readings(law, p, &group.given, stances, &mut near, surfaces)?
     } else {
         // Numbers whose derivatives are zero are long to copy.
         let constant: Vec<Lanes> = p.iter().map(|p| p.primal()).collect();
         let still = group.still();
         let stances = still.stances(predictor, law, &constant);
-        group.readings(law, p, stances, &mut near, surfaces)?
+        Group::readings(law, p, &still.given, stances, &mut near, surfaces)?
     };
     remember(group.indices, &near, last.memory);
     let residual: [T; VALUES] = std::array::from_fn(|k| group.raw[k] - predicted[k]);

@@ -44,16 +44,25 @@ struct GroundSpeed<T> {
 }
 
 impl<T: Scalar> GroundSpeed<T> {
-    fn of(law: &Law, p: &[T], given: &Given<T>, raw: &[T], offset: T) -> Self {
+    /// As it is logged.
+    fn logged(raw: &[T], offset: T) -> Self {
         let rate = raw[SPEED_RATE];
-        let logged = raw[SPEED] + rate * offset;
-        if !law.acts(Touch::Sensor) {
-            return GroundSpeed {
-                speed: logged,
-                acceleration: rate,
-                gain: T::one(),
-                quicker: T::zero(),
-            };
+        GroundSpeed {
+            speed: raw[SPEED] + rate * offset,
+            acceleration: rate,
+            gain: T::one(),
+            quicker: T::zero(),
+        }
+    }
+
+    fn of(law: &Law, p: &[T], given: &Given<T>, raw: &[T], offset: T) -> Self {
+        let GroundSpeed {
+            speed: logged,
+            acceleration: rate,
+            ..
+        } = GroundSpeed::logged(raw, offset);
+        if !law.acts_on(Channel::GroundSpeed) {
+            return GroundSpeed::logged(raw, offset);
         }
         let channel = Channel::GroundSpeed;
         let behind = |late| sensor::behind(law, p, channel, raw[SPEED], late);
@@ -88,6 +97,11 @@ pub(super) fn altered<T: Scalar>(
     vehicle
 }
 
+/// Whether a law leaves the stance as vehicle and log give it.
+pub(super) fn is_left(law: &Law) -> bool {
+    !law.acts(Touch::Vehicle) && !law.acts_on(Channel::GroundSpeed)
+}
+
 impl<T: Scalar> Stance<T> {
     /// `offset` seconds from a window's middle, on its straight line of motion.
     ///
@@ -101,7 +115,34 @@ impl<T: Scalar> Stance<T> {
         raw: &[T],
         offset: T,
     ) -> Result<Self, GapError> {
-        let mut vehicle = altered(vehicle, law, p, given.pitch);
+        let vehicle = altered(vehicle, law, p, given.pitch);
+        let speed = GroundSpeed::of(law, p, given, raw, offset);
+        Stance::at(vehicle, speed, given, raw, offset)
+    }
+
+    /// The same under a law that [leaves it as it is](is_left).
+    ///
+    /// # Errors
+    /// As [`of`](Self::of).
+    pub(super) fn left(
+        vehicle: &Vehicle<f64>,
+        given: &Given<T>,
+        raw: &[T],
+        offset: T,
+    ) -> Result<Self, GapError> {
+        let mut vehicle = lift(vehicle, T::from);
+        vehicle.pitch = given.pitch;
+        let speed = GroundSpeed::logged(raw, offset);
+        Stance::at(vehicle, speed, given, raw, offset)
+    }
+
+    fn at(
+        mut vehicle: Vehicle<T>,
+        speed: GroundSpeed<T>,
+        given: &Given<T>,
+        raw: &[T],
+        offset: T,
+    ) -> Result<Self, GapError> {
         // The operator weighed the payload; an error of the file's mass does not scale it.
         vehicle.mass += given.payload;
         let GroundSpeed {
@@ -109,7 +150,7 @@ impl<T: Scalar> Stance<T> {
             acceleration,
             gain: speed_gain,
             quicker,
-        } = GroundSpeed::of(law, p, given, raw, offset);
+        } = speed;
         let yaw_rate = raw[YAW_RATE] + raw[YAW_ACCELERATION] * offset;
         let wheel: [T; 4] = std::array::from_fn(|q| raw[WHEEL + q] + raw[WHEEL_RATE + q] * offset);
 
@@ -174,7 +215,7 @@ impl<S: Real> Stance<S> {
     }
 
     /// The contact of a wheel.
-    pub(super) fn contact<T: Scalar>(&self, wheel: usize, given: &Given<T>) -> Contact<T>
+    pub(super) fn contact<T: Scalar>(&self, wheel: usize, given: &Given<S>) -> Contact<T>
     where
         S: Factor<T>,
     {
@@ -192,12 +233,13 @@ impl<S: Real> Stance<S> {
         at.wheelbase = vehicle.wheelbase.lifted();
         let aside = self.ahead(wheel) * self.yaw_rate;
         at.slip_angle = (aside / travel.abs()).atan().lifted();
-        at.path = given.path;
-        at.time = given.time;
+        at.path = given.path.lifted();
+        at.time = given.time.lifted();
         at.side = T::from(if wheel.is_multiple_of(2) { -1.0 } else { 1.0 });
         // In reverse the rear axle leads, and the front axle runs in its rut.
         let leads = (wheel < 2) == given.forwards;
-        at.earlier_passes = given.earlier_passes + if leads { 0.0 } else { 1.0 };
+        let earlier = given.earlier_passes + if leads { 0.0 } else { 1.0 };
+        at.earlier_passes = earlier.lifted();
         at
     }
 }

@@ -1,49 +1,145 @@
-//! Forces of hundreds of contacts out of a few dozen: a law that follows from slip and load alone is asked at the nodes of a
-//! polynomial on either side of zero slip, and the polynomial at the contacts.
+//! Forces of hundreds of contacts out of a few dozen: a law that follows from slip, load and at most one quantity more is asked at
+//! the nodes of a polynomial on either side of zero slip, and the polynomial at the contacts.
 //!
 //! It stands for the law only where it is as good as that: where the law has an answer at all nodes, and between them the same one.
 
+use std::borrow::Cow;
 use std::ops::Range;
 
 use terra_model::{
-    Abreast, Contact, ForceSurface, Lanes, Law, MapRange, Real, Root, SurfaceNodes, Vector,
+    Abreast, Beside, Circumstance, Contact, ForceSurface, Lanes, Law, MapRange, Real, Root,
+    SurfaceContacts, SurfaceNodes, Vector, Vehicle,
 };
 
 use super::abreast::{Group, Kind, Last};
+use super::frame::Frame;
 use super::stance::{Stance, altered};
-use super::{DrivePredictor, Entries, NODES, OnWheel};
+use super::{DrivePredictor, Entries, Given, Ground, NODES, OnWheel};
 use crate::abreast::in_groups;
 use crate::error::GapError;
 
 /// Nodes in slip and in load: of driven wheels, and of braked ones.
 const SIZES: [(usize, usize); 2] = [(10, 4), (8, 4)];
+/// Nodes in what is beside them, and most of them where it has no other values.
+const BESIDE: (usize, usize) = (5, 3);
 /// Most nodes on a side, and eight contacts between them.
-const MOST: usize = 48;
+const MOST: usize = 208;
 /// Contacts for each node from which a surface is worth its nodes.
 const WORTH: usize = 2;
 /// Largest error, as a share of the load and of load times radius, of driven wheels and of braked ones: a thirtieth at most of what
 /// the torque of a usual window is known to, and about what the law that fits ask is off itself (1e-5 and 1e-4).
 const WITHIN: [f64; 2] = [2e-5, 5e-5];
-/// Least width of a surface in slip, and in the logarithm of load.
+/// Least width of a surface in slip, in the logarithm of load, and in what is beside them.
 const NARROW: f64 = 1e-3;
 
-/// Places in a memory: those of entry angles at nodes and of the four ends of what is covered, on both sides, behind those of the
-/// contacts of so many windows.
+/// What tells nodes from others: from where to where they lie in slip, load and what is beside them, and how many there are.
+type Extent = [f64; 7];
+const EXTENT: usize = 7;
+/// That of none.
+const NOWHERE: Extent = [0.0; EXTENT];
+/// What stands for it where a surface was not as good as the law: it is not tried again.
+const FAILED: Extent = [-1.0; EXTENT];
+
+/// Places in a memory: those of entry angles at nodes and of their extent, on both sides, behind those of the contacts of so many
+/// windows.
 pub(super) fn places(windows: usize) -> Range<usize> {
     let start = windows * NODES * 4;
-    start..start + 2 * (MOST + 4)
+    start..start + 2 * (MOST + EXTENT)
 }
 
-/// Place of an entry angle at a node, and of the first end.
+/// Place of an entry angle at a node, and behind these of the extent.
 fn node(windows: usize, side: usize, number: usize) -> usize {
-    places(windows).start + side * (MOST + 4) + number
+    places(windows).start + side * (MOST + EXTENT) + number
+}
+
+/// A contact's slip and load with what is beside them, and its wheel's radius and width.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Place {
+    slip: f64,
+    load: f64,
+    beside: f64,
+    wheel: [f64; 2],
+}
+
+impl Place {
+    /// Of the contact in a lane.
+    pub(super) fn of(at: &Contact<Lanes>, beside: Option<Circumstance>, lane: usize) -> Self {
+        Place {
+            slip: at.slip.lane(lane),
+            load: at.normal_load.lane(lane),
+            beside: beside.map_or(0.0, |beside| beside.told_by(at).lane(lane)),
+            wheel: [at.radius, at.width].map(|w| w.lane(lane)),
+        }
+    }
+}
+
+/// What surfaces have to stand for: all contacts of one wheel on either side of zero slip.
+#[derive(Clone, Debug)]
+pub(super) struct Covers {
+    nodes: [Option<SurfaceNodes>; 2],
+    wheel: [f64; 2],
+    beside: Option<Circumstance>,
+}
+
+impl Covers {
+    /// Those of windows under a law; none where it follows from more, or they stand in no frame and it follows from anything beside
+    /// slip and load.
+    fn under<'f, T: Abreast>(
+        predictor: &DrivePredictor,
+        law: &Law,
+        p: &[T],
+        indices: &[usize],
+        frame: Option<&'f Frame>,
+    ) -> Option<Cow<'f, Covers>> {
+        let beside = law.beside_slip_and_load()?;
+        // Each log may have a soil of its own.
+        if beside.len() > 1 || predictor.soils > 1 {
+            return None;
+        }
+        let beside = beside.first().copied();
+        match frame {
+            Some(frame) => frame.covers(beside).map(Cow::Borrowed),
+            None if beside.is_some() => None,
+            None => {
+                let contacts = contacts(predictor, law, p, indices).ok()?;
+                Covers::of(&contacts, None).map(Cow::Owned)
+            }
+        }
+    }
+
+    /// None where wheels differ, or a contact has no numbers. A side has nodes where they are fewer than its contacts by far.
+    pub(super) fn of(contacts: &[Place], beside: Option<Circumstance>) -> Option<Self> {
+        let wheel = contacts.first()?.wheel;
+        let alike = |c: &Place| {
+            c.wheel == wheel && c.slip.is_finite() && c.load > 0.0 && c.beside.is_finite()
+        };
+        let side = |side: usize| {
+            let here = |c: &&Place| (c.slip < 0.0) == (side == 1);
+            let here: Vec<&Place> = contacts.iter().filter(here).collect();
+            let (slips, loads) = SIZES[side];
+            if here.is_empty() {
+                return None;
+            }
+            let mut nodes = SurfaceNodes::new(covering(&here), slips, loads);
+            if let Some(circumstance) = beside {
+                nodes = nodes.beside(beside_them(&here, circumstance)?);
+            }
+            (here.len() >= WORTH * nodes.len()).then_some(nodes)
+        };
+        contacts.iter().all(alike).then(|| Covers {
+            nodes: [side(0), side(1)],
+            wheel,
+            beside,
+        })
+    }
 }
 
 /// Surfaces of driven and of braked wheels, where they are worth it.
 pub(super) struct Surfaces<T> {
     sides: [Option<ForceSurface<T>>; 2],
+    beside: Option<Circumstance>,
     /// What they covered at the last evaluation.
-    before: [Option<[f64; 4]>; 2],
+    before: [Extent; 2],
 }
 
 impl<T> Surfaces<T> {
@@ -54,135 +150,71 @@ impl<T> Surfaces<T> {
 
     /// Whether there was one at the last evaluation.
     pub(super) fn stood_before(&self) -> bool {
-        self.before.iter().any(Option::is_some)
+        self.before
+            .iter()
+            .any(|before| ![NOWHERE, FAILED].contains(before))
     }
 }
 
-/// A contact's slip and load, and its wheel's radius and width.
-#[derive(Clone, Copy, Default)]
-struct Place {
-    slip: f64,
-    load: f64,
-    wheel: [f64; 2],
-}
-
 impl<T: Abreast> Surfaces<T> {
-    /// Those that stand for the contacts of some windows.
+    /// Those that stand for the contacts of some windows, which stand as in a frame where there is one.
     pub(super) fn of(
         predictor: &DrivePredictor,
         law: &Law,
         p: &[T],
         indices: &[usize],
+        frame: Option<&Frame>,
         last: &Last<'_>,
     ) -> Self {
         let (memory, windows) = (last.memory, predictor.windows.len());
+        let before = [0, 1].map(|side| {
+            let end = |k| memory.get(node(windows, side, MOST + k));
+            std::array::from_fn(|k| end(k).unwrap_or_default())
+        });
         let mut out = Surfaces {
             sides: [const { None }; 2],
-            before: [0, 1].map(|side| {
-                let end = |k| memory.get(node(windows, side, MOST + k));
-                let ends = [end(0)?, end(1)?, end(2)?, end(3)?];
-                (ends[3] > 0.0).then_some(ends)
-            }),
+            beside: None,
+            before,
         };
-        // Each log may have a soil of its own.
-        if law.is_by_slip_and_load()
-            && predictor.soils < 2
-            && let Ok(contacts) = contacts(predictor, law, p, indices)
-        {
-            out.find(predictor, law, p, indices, &contacts, last);
-        }
-        for (side, surface) in out.sides.iter().enumerate() {
-            let covers = surface.as_ref().map(|s| ends(s.nodes().range()));
-            for (k, end) in covers.unwrap_or_default().into_iter().enumerate() {
+        let covers = Covers::under(predictor, law, p, indices, frame);
+        let pitch = predictor.windows[indices[0]].pitch;
+        let vehicle = altered(&predictor.vehicle, law, p, T::from(pitch));
+        for (side, before) in before.into_iter().enumerate() {
+            let mut extent = if before == FAILED { FAILED } else { NOWHERE };
+            if let Some(covers) = covers.as_deref().filter(|_| before != FAILED)
+                && let Some(nodes) = covers.nodes[side]
+            {
+                out.beside = covers.beside;
+                extent = extent_of(&nodes);
+                let sought = Sought {
+                    windows,
+                    law,
+                    p,
+                    vehicle: &vehicle,
+                    covers,
+                    last,
+                    known: last.here && before == extent,
+                    side,
+                    nodes,
+                };
+                out.sides[side] = sought.surface();
+                if out.sides[side].is_none() {
+                    extent = FAILED;
+                }
+            }
+            for (k, end) in extent.into_iter().enumerate() {
                 memory.keep(node(windows, side, MOST + k), end);
             }
         }
         out
     }
 
-    fn find(
-        &mut self,
-        predictor: &DrivePredictor,
-        law: &Law,
-        p: &[T],
-        indices: &[usize],
-        contacts: &[Place],
-        last: &Last<'_>,
-    ) {
-        let Some(wheel) = contacts.first().map(|c| c.wheel) else {
-            return;
-        };
-        let alike = |c: &Place| c.wheel == wheel && c.slip.is_finite() && c.load > 0.0;
-        if !contacts.iter().all(alike) {
-            return;
-        }
-        let windows = predictor.windows.len();
-        let still: Vec<Lanes> = p.iter().map(|p| p.primal()).collect();
-        let first = Group::of(predictor, &indices[..1], |_, x| T::from_primal(x));
-        let vehicle = altered(&predictor.vehicle, law, p, first.given.pitch);
-        for (side, (slips, loads)) in SIZES.into_iter().enumerate() {
-            let here = |c: &&Place| (c.slip < 0.0) == (side == 1);
-            let here: Vec<&Place> = contacts.iter().filter(here).collect();
-            if here.len() < WORTH * slips * loads {
-                continue;
-            }
-            let nodes = SurfaceNodes::new(covering(&here), slips, loads);
-            let known = last.here && self.before[side] == Some(ends(nodes.range()));
-            let place =
-                |group: usize, lane: usize| node(windows, side, group * Lanes::WIDTH + lane);
-            let near = |group| {
-                let lanes = (0..Lanes::WIDTH).map(|lane| last.memory.get(place(group, lane)));
-                Entries {
-                    of: [lanes
-                        .collect::<Option<Vec<f64>>>()
-                        .map(|e| Lanes::gather(e.into_iter()))],
-                    here: known,
-                }
-            };
-            let keep = |group, entries: &Entries<Lanes, 1>| {
-                for lane in 0..Lanes::WIDTH {
-                    if let [Some(entry)] = entries.of {
-                        last.memory.keep(place(group, lane), entry.lane(lane));
-                    }
-                }
-            };
-            let forces = (0..nodes.groups()).map(|group| {
-                let (slip, load) = nodes.group(group);
-                let mut near = near(group);
-                let at = Contact::new(
-                    T::from_primal(slip),
-                    T::from_primal(load),
-                    vehicle.wheel_radius,
-                    vehicle.wheel_width,
-                );
-                let forces = near.forces(law, p, 0, at)?;
-                keep(group, &near);
-                Ok([forces.pull, forces.torque])
-            });
-            let between = || {
-                let (slip, load) = nodes.between();
-                let mut near = near(nodes.groups());
-                let wheel = [vehicle.wheel_radius, vehicle.wheel_width].map(|w| w.primal());
-                let at = Contact::new(slip, load, wheel[0], wheel[1]);
-                let forces = near.forces(law, &still, 0, at)?;
-                keep(nodes.groups(), &near);
-                Ok::<_, GapError>([forces.pull, forces.torque])
-            };
-            let (Ok(forces), Ok(between)) =
-                (forces.collect::<Result<Vec<_>, GapError>>(), between())
-            else {
-                continue;
-            };
-            let surface = ForceSurface::through(nodes, &forces, wheel[0]);
-            if surface.error(&between, wheel[0]) <= WITHIN[side] {
-                self.sides[side] = Some(surface);
-            }
-        }
-    }
-
-    /// What the ground gives eight wheels, where surfaces stand for all of them.
+    /// What the ground gives eight wheels, where surfaces over slip and load stand for all of them.
     pub(super) fn forces(&self, slip: &T, load: &T) -> Option<OnWheel<T>> {
         let zero = Lanes::zero();
+        if self.beside.is_some() {
+            return None;
+        }
         let of = |side: usize| self.sides[side].as_ref().map(|s| s.at(slip, load));
         let [pull, torque] = if !slip.primal().any_lt(zero) {
             of(0)?
@@ -197,6 +229,117 @@ impl<T: Abreast> Surfaces<T> {
             torque,
             aside: None,
         })
+    }
+
+    /// What the ground gives eight vehicles, where surfaces stand for all of their wheels.
+    pub(super) fn ground(&self, stance: &Stance<Lanes>, given: &Given<Lanes>) -> Option<Ground<T>> {
+        let (zero, one) = (Lanes::zero(), Lanes::one());
+        let half_track = stance.vehicle.track * 0.5;
+        let mut ground = Ground::none();
+        for (side, surface) in self.sides.iter().enumerate() {
+            let here = stance.slip.map(|slip| match side {
+                0 => slip.select_lt(zero, zero, one),
+                _ => slip.select_lt(zero, one, zero),
+            });
+            if !here.iter().any(|here| here.max_lane() > 0.0) {
+                continue;
+            }
+            let surface = surface.as_ref()?;
+            let nodes = surface.nodes();
+            let inside = Lanes::from(nodes.range().slip.0);
+            // Sums over wheels of what each coefficient weighs.
+            let none = || vec![zero; nodes.len()];
+            let (mut along, mut turning, mut one_wheel) = (none(), none(), none());
+            for (q, here) in here.into_iter().enumerate() {
+                if !(here.max_lane() > 0.0) {
+                    continue;
+                }
+                let factor = stance.direction[q] * here * stance.load[q];
+                let arm = if q.is_multiple_of(2) {
+                    -half_track
+                } else {
+                    half_track
+                };
+                let beside = self.beside.map_or(zero, |beside| {
+                    beside.told_by(&stance.contact::<Lanes>(q, given))
+                });
+                let place = nodes.place(&SurfaceContacts {
+                    slip: (-here).select_lt(zero, stance.slip[q], inside),
+                    load: stance.load[q],
+                    beside,
+                });
+                nodes.each_product(&place, factor, |k, product| {
+                    one_wheel[k] = product;
+                    along[k] += product;
+                    turning[k] = product.mul_add(arm, turning[k]);
+                });
+                ground.torque[q] += surface.torque(&one_wheel);
+            }
+            ground.force += surface.pull(&along);
+            ground.moment += surface.pull(&turning);
+        }
+        Some(ground)
+    }
+}
+
+/// A surface that is looked for.
+struct Sought<'a, T> {
+    windows: usize,
+    law: &'a Law,
+    p: &'a [T],
+    vehicle: &'a Vehicle<T>,
+    covers: &'a Covers,
+    last: &'a Last<'a>,
+    /// Whether the same nodes were asked at these very parameters.
+    known: bool,
+    side: usize,
+    nodes: SurfaceNodes,
+}
+
+impl<T: Abreast> Sought<'_, T> {
+    /// None where the law has no answer somewhere, or another one between the nodes.
+    fn surface(&self) -> Option<ForceSurface<T>> {
+        let Sought { nodes, covers, .. } = *self;
+        let wheel = [self.vehicle.wheel_radius, self.vehicle.wheel_width];
+        let of_group = |group| self.forces(self.p, wheel, group, &nodes.group(group));
+        let forces: Option<Vec<[T; 2]>> = (0..nodes.groups()).map(of_group).collect();
+        let surface = ForceSurface::through(nodes, &forces?, covers.wheel[0]);
+        let still: Vec<Lanes> = self.p.iter().map(|p| p.primal()).collect();
+        let wheel = covers.wheel.map(Lanes::from);
+        let between = self.forces(&still, wheel, nodes.groups(), &nodes.between())?;
+        (surface.error(&between, covers.wheel[0]) <= WITHIN[self.side]).then_some(surface)
+    }
+
+    /// Pull and torque of eight contacts, found from their entry angles a little elsewhere.
+    fn forces<U: Abreast>(
+        &self,
+        p: &[U],
+        wheel: [U; 2],
+        group: usize,
+        at: &SurfaceContacts,
+    ) -> Option<[U; 2]> {
+        let memory = self.last.memory;
+        let place = |lane: usize| node(self.windows, self.side, group * Lanes::WIDTH + lane);
+        let known: Option<Vec<f64>> = (0..Lanes::WIDTH)
+            .map(|lane| memory.get(place(lane)))
+            .collect();
+        let mut near = Entries {
+            of: [known.map(|entries| Lanes::gather(entries.into_iter()))],
+            here: self.known,
+        };
+        let [radius, width] = wheel;
+        let (slip, load) = (U::from_primal(at.slip), U::from_primal(at.load));
+        let mut contact = Contact::new(slip, load, radius, width);
+        if let Some(beside) = self.covers.beside {
+            beside.tell(&mut contact, U::from_primal(at.beside));
+        }
+        let forces = near.forces(self.law, p, 0, contact).ok()?;
+        if let [Some(entries)] = near.of {
+            for lane in 0..Lanes::WIDTH {
+                memory.keep(place(lane), entries.lane(lane));
+            }
+        }
+        Some([forces.pull, forces.torque])
     }
 }
 
@@ -213,19 +356,12 @@ fn contacts<T: Abreast>(
         let group = Group::of(predictor, windows, |_, x| x);
         let mut places = vec![vec![]; group.len()];
         for stance in group.stances(predictor, law, &p) {
-            let Stance {
-                vehicle,
-                slip,
-                load,
-                ..
-            } = stance?;
-            let wheel = [vehicle.wheel_radius, vehicle.wheel_width];
-            for (lane, places) in places.iter_mut().enumerate() {
-                places.extend((0..4).map(|q| Place {
-                    slip: slip[q].lane(lane),
-                    load: load[q].lane(lane),
-                    wheel: wheel.map(|w| w.lane(lane)),
-                }));
+            let stance = stance?;
+            for q in 0..4 {
+                let at: Contact<Lanes> = stance.contact(q, &group.given);
+                for (lane, places) in places.iter_mut().enumerate() {
+                    places.push(Place::of(&at, None, lane));
+                }
             }
         }
         Ok(places)
@@ -236,14 +372,7 @@ fn contacts<T: Abreast>(
 
 /// What a surface has to cover.
 fn covering(contacts: &[&Place]) -> MapRange {
-    let over = |of: &dyn Fn(&Place) -> f64| {
-        let values = || contacts.iter().map(|c| of(c));
-        (
-            values().fold(f64::INFINITY, f64::min),
-            values().fold(f64::NEG_INFINITY, f64::max),
-        )
-    };
-    let (low, high) = over(&|c| c.slip);
+    let (low, high) = ends_of(contacts, |c| c.slip);
     // Wider away from zero slip.
     let slip = if high - low >= NARROW {
         (low, high)
@@ -252,14 +381,51 @@ fn covering(contacts: &[&Place]) -> MapRange {
     } else {
         (low, low + NARROW)
     };
-    let (low, high) = over(&|c| c.load);
+    let (low, high) = ends_of(contacts, |c| c.load);
     MapRange {
         slip,
         normal_load: (low, high.max(low * (1.0 + NARROW))),
     }
 }
 
-fn ends(range: MapRange) -> [f64; 4] {
-    let MapRange { slip, normal_load } = range;
-    [slip.0, slip.1, normal_load.0, normal_load.1]
+/// And beside slip and load; none where so few nodes do not meet a quantity that counts or tells left from right.
+fn beside_them(contacts: &[&Place], circumstance: Circumstance) -> Option<Beside> {
+    let range = ends_of(contacts, |c| c.beside);
+    match circumstance {
+        // A force sideways comes of it.
+        Circumstance::SlipAngle => None,
+        Circumstance::Path | Circumstance::Speed => {
+            let (low, high) = range;
+            Some(Beside {
+                range: (low, high.max(low + NARROW)),
+                nodes: BESIDE.0,
+                discrete: false,
+            })
+        }
+        Circumstance::EarlierPasses | Circumstance::Side => (2..=BESIDE.1).find_map(|nodes| {
+            let (low, high) = range;
+            let beside = Beside {
+                range: if low < high { range } else { (low, low + 1.0) },
+                nodes,
+                discrete: true,
+            };
+            let met = |c: &&Place| beside.values().any(|v| (v - c.beside).abs() < 1e-9);
+            contacts.iter().all(met).then_some(beside)
+        }),
+    }
+}
+
+fn ends_of(contacts: &[&Place], of: impl Fn(&Place) -> f64) -> (f64, f64) {
+    let values = || contacts.iter().map(|c| of(c));
+    (
+        values().fold(f64::INFINITY, f64::min),
+        values().fold(f64::NEG_INFINITY, f64::max),
+    )
+}
+
+fn extent_of(nodes: &SurfaceNodes) -> Extent {
+    let MapRange { slip, normal_load } = nodes.range();
+    let (low, high) = nodes.range_beside().unwrap_or_default();
+    let all = nodes.len() as f64;
+    [slip.0, slip.1, normal_load.0, normal_load.1, low, high, all]
 }

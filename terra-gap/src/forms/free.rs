@@ -307,26 +307,25 @@ impl AnyEffect for FreeForm {
     fn touches(&self) -> &'static [Touch] {
         self.inner.touches()
     }
+    fn channels(&self) -> &'static [Channel] {
+        self.inner.channels()
+    }
     fn late(&self) -> Late {
         self.inner.late()
     }
     fn reads(&self) -> &'static [Circumstance] {
         self.inner.reads()
     }
-    fn is_by_slip_and_load(&self) -> bool {
-        let elsewhere = |term: &Term| {
-            matches!(
-                term,
-                Term::Speed
-                    | Term::SpeedBend
-                    | Term::Path
-                    | Term::PathBend
-                    | Term::PathTwist
-                    | Term::Aside
-                    | Term::Passes
-            )
-        };
-        self.inner.is_by_slip_and_load() && !self.terms.iter().any(elsewhere)
+    fn beside_slip_and_load(&self) -> Option<Vec<Circumstance>> {
+        let mut beside = self.inner.beside_slip_and_load()?;
+        beside.extend(self.terms.iter().filter_map(|term| match term {
+            Term::Speed | Term::SpeedBend => Some(Circumstance::Speed),
+            Term::Path | Term::PathBend | Term::PathTwist => Some(Circumstance::Path),
+            Term::Aside => Some(Circumstance::SlipAngle),
+            Term::Passes => Some(Circumstance::EarlierPasses),
+            _ => None,
+        }));
+        Some(beside)
     }
     fn scope(&self) -> Scope {
         self.inner.scope()

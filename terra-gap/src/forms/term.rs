@@ -180,7 +180,7 @@ impl Term {
                     Circumstance::Path => out.extend([Path, PathBend, PathTwist]),
                     Circumstance::SlipAngle => out.push(Aside),
                     Circumstance::EarlierPasses => out.push(Passes),
-                    Circumstance::Side => {}
+                    Circumstance::Side | Circumstance::Speed => {}
                 }
             }
         }

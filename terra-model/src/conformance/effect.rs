@@ -26,16 +26,6 @@ use crate::registry::Registry;
 use crate::scalar::Scalar;
 use crate::vehicle::BodyLoads;
 
-const CHANNELS: [Channel; 8] = [
-    Channel::WheelTorque,
-    Channel::WheelSpeed,
-    Channel::GroundSpeed,
-    Channel::YawRate,
-    Channel::AccelX,
-    Channel::DrawbarPull,
-    Channel::NormalLoad,
-    Channel::Sinkage,
-];
 const TOUCHES: [Touch; 5] = [
     Touch::Contact,
     Touch::Forces,
@@ -159,8 +149,10 @@ pub fn check_pair(
             }
         }
         let magnitude = typical(effect.params(), 0.5);
-        if law.is_by_slip_and_load() {
-            by_slip_and_load(&mut record, p, |at| law.forces(&with(&magnitude), at));
+        if let Some(beside) = law.beside_slip_and_load() {
+            by_slip_and_load(&mut record, p, &beside, |at| {
+                law.forces(&with(&magnitude), at)
+            });
         }
         for at in [contact(0.3, 245.25), contact(-0.2, 90.0)] {
             let x = with(&magnitude);
@@ -275,7 +267,7 @@ fn act<T: Scalar>(
         }
         Touch::Sensor => {
             let (truth, rate) = (T::from(13.0 * at.slip + 7.0), T::from(0.6));
-            CHANNELS
+            Channel::ALL
                 .iter()
                 .map(|&c| e.map_or(truth, |e| acting.report_at(e, c, truth, rate)))
                 .collect()
@@ -321,6 +313,20 @@ fn acts_where_it_says(record: &mut Record, effect: &dyn AnyEffect) {
                 }
             }
         }
+    }
+    for (k, channel) in Channel::ALL.iter().enumerate() {
+        let alone =
+            effect.channels().contains(channel) || !effect.touches().contains(&Touch::Sensor);
+        let acts = !alone
+            && magnitudes(effect.params()).iter().any(|e| {
+                contacts().iter().any(|at| {
+                    let before = act::<f64>(effect, Touch::Sensor, at, None);
+                    bits(&before[k..=k]) != bits(&act(effect, Touch::Sensor, at, Some(e))[k..=k])
+                })
+            });
+        record.expect(!acts, "channels", || {
+            format!("{channel:?} is not declared, and changed")
+        });
     }
     let same = moved.len() == effect.needs().len()
         && moved.iter().all(|hook| effect.needs().contains(hook));

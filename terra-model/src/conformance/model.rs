@@ -7,6 +7,7 @@ use super::numeric::jump;
 use super::sample::{self, contact, contacts};
 use super::{Checked, Failures, Record, described};
 use crate::contact::Contact;
+use crate::effect::Circumstance;
 use crate::error::ModelError;
 use crate::forces::WheelForces;
 use crate::guard::guard;
@@ -77,20 +78,21 @@ pub fn check_model_with(model: &dyn AnyModel, typical: &[Vec<f64>]) -> Result<Ch
     lanes(&mut record, model, typical);
     if model.is_by_slip_and_load() {
         for p in &few {
-            by_slip_and_load(&mut record, p, |at| forces(model, p, at));
+            by_slip_and_load(&mut record, p, &[], |at| forces(model, p, at));
         }
     }
     record.finish()
 }
 
-/// Where nothing but wheel, slip and load is told, pull and torque are the same, and nothing acts sideways.
+/// Where nothing but wheel, slip, load and what is beside them is told, pull and torque are the same, and nothing acts sideways.
 pub(super) fn by_slip_and_load(
     record: &mut Record,
     p: &[f64],
+    beside: &[Circumstance],
     forces: impl Fn(&Contact<f64>) -> Result<WheelForces<f64>, ModelError>,
 ) {
     for at in contacts() {
-        let (Ok(f), Ok(bare)) = (forces(&at), forces(&sample::bare(&at))) else {
+        let (Ok(f), Ok(bare)) = (forces(&at), forces(&sample::bare(&at, beside))) else {
             continue;
         };
         let same =

@@ -3,6 +3,7 @@
 
 use crate::catalogue;
 use crate::contact::{Contact, Hook, Hooks};
+use crate::effect::Circumstance;
 use crate::forces::WheelForces;
 use crate::model::{AnyModel, Soil};
 use crate::param::{Param, Scale};
@@ -73,9 +74,19 @@ pub(super) fn contact(slip: f64, normal_load: f64) -> Contact<f64> {
     }
 }
 
-/// The same wheel, slip and load where nothing else is told.
-pub(super) fn bare(at: &Contact<f64>) -> Contact<f64> {
-    Contact::new(at.slip, at.normal_load, at.radius, at.width)
+/// The same wheel, slip and load where nothing else is told but what is beside them.
+pub(super) fn bare(at: &Contact<f64>, beside: &[Circumstance]) -> Contact<f64> {
+    let mut bare = Contact::new(at.slip, at.normal_load, at.radius, at.width);
+    for circumstance in beside {
+        match circumstance {
+            Circumstance::SlipAngle => bare.slip_angle = at.slip_angle,
+            Circumstance::Path => bare.path = at.path,
+            Circumstance::EarlierPasses => bare.earlier_passes = at.earlier_passes,
+            Circumstance::Side => bare.side = at.side,
+            Circumstance::Speed => (bare.speed, bare.wheel_speed) = (at.speed, at.wheel_speed),
+        }
+    }
+    bare
 }
 
 pub(super) const SLIPS: [f64; 13] = [

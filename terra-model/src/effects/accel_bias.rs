@@ -22,6 +22,7 @@ impl Effect for AccelBias {
     const EQUATION: &'static str = "a_reported = a + e";
     const REFERENCE: &'static str = "P. D. Groves, Principles of GNSS, Inertial, and Multisensor Integrated Navigation Systems, 2013 (accelerometer bias); chosen prior";
     const TOUCHES: &'static [Touch] = &[Touch::Sensor];
+    const CHANNELS: &'static [Channel] = &[Channel::AccelX];
     const SCOPE: Scope = Scope::Drive;
     const REGIME: &'static str = "specific force, at every slip";
     const ISOLATED_BY: &'static str =

@@ -7,7 +7,7 @@
 //! M. G. Bekker, Introduction to Terrain-Vehicle Systems, 1969; passive earth pressure (Rankine).
 
 use crate::contact::Contact;
-use crate::effect::{Effect, Touch};
+use crate::effect::{Circumstance, Effect, Touch};
 use crate::forces::WheelForces;
 use crate::model::Soil;
 use crate::param::Param;
@@ -31,7 +31,7 @@ impl Effect for Bulldozing {
     const REFERENCE: &'static str = "M. G. Bekker, Introduction to Terrain-Vehicle Systems, 1969; passive earth pressure (Rankine)";
     const NEEDS_SOIL: &'static [&'static str] = &["cohesion", "friction_angle"];
     const TOUCHES: &'static [Touch] = &[Touch::Forces];
-    const BY_SLIP_AND_LOAD: bool = true;
+    const BESIDE_SLIP_AND_LOAD: Option<&'static [Circumstance]> = Some(&[]);
     const REGIME: &'static str = "pull only, torque is blind; deep sinkage, heavy loads";
     const ISOLATED_BY: &'static str = "load cell on the drawbar beside the torque";
 

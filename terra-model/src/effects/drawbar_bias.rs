@@ -21,6 +21,7 @@ impl Effect for DrawbarBias {
     const EQUATION: &'static str = "D_reported = D + e";
     const REFERENCE: &'static str = "definition (instrumental bias, JCGM 200:2012); chosen prior";
     const TOUCHES: &'static [Touch] = &[Touch::Sensor];
+    const CHANNELS: &'static [Channel] = &[Channel::DrawbarPull];
     const SCOPE: Scope = Scope::Rig;
     const REGIME: &'static str = "pull only, at every slip";
     const ISOLATED_BY: &'static str = "log the unloaded load cell";

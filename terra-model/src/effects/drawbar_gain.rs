@@ -27,6 +27,7 @@ impl Effect for DrawbarGain {
     const REFERENCE: &'static str =
         "definition (sensitivity of a measuring system, JCGM 200:2012); chosen prior";
     const TOUCHES: &'static [Touch] = &[Touch::Sensor];
+    const CHANNELS: &'static [Channel] = &[Channel::DrawbarPull];
     const SCOPE: Scope = Scope::Rig;
     const REGIME: &'static str = "pull only";
     const ISOLATED_BY: &'static str = "hang a known weight on the load cell";

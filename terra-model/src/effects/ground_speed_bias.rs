@@ -21,6 +21,7 @@ impl Effect for GroundSpeedBias {
     const EQUATION: &'static str = "v_reported = v + e";
     const REFERENCE: &'static str = "definition (instrumental bias, JCGM 200:2012); chosen prior";
     const TOUCHES: &'static [Touch] = &[Touch::Sensor];
+    const CHANNELS: &'static [Channel] = &[Channel::GroundSpeed];
     const SCOPE: Scope = Scope::Drive;
     const REGIME: &'static str = "slip at low speed";
     const ISOLATED_BY: &'static str = "log the vehicle standing";

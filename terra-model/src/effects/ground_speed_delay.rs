@@ -22,6 +22,7 @@ impl Effect for GroundSpeedDelay {
     const EQUATION: &'static str = "v_reported(t) = v(t - e), to first order v - e dv/dt";
     const REFERENCE: &'static str = "I. Skog, P. Händel, IEEE Trans. Intelligent Transportation Systems 12(4):1014-1023, 2011 (time offset of a speed reference); chosen prior";
     const TOUCHES: &'static [Touch] = &[Touch::Sensor];
+    const CHANNELS: &'static [Channel] = &[Channel::GroundSpeed];
     const SCOPE: Scope = Scope::Drive;
     const REGIME: &'static str = "slip while the speed changes";
     const ISOLATED_BY: &'static str = "a speed step on hard ground";

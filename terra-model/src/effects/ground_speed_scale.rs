@@ -27,6 +27,7 @@ impl Effect for GroundSpeedScale {
     const REFERENCE: &'static str =
         "definition (sensitivity of a measuring system, JCGM 200:2012); chosen prior";
     const TOUCHES: &'static [Touch] = &[Touch::Sensor];
+    const CHANNELS: &'static [Channel] = &[Channel::GroundSpeed];
     const REGIME: &'static str = "slip at low slip";
     const ISOLATED_BY: &'static str = "drive a measured distance on hard ground";
 

@@ -7,7 +7,7 @@
 //! L. Ding et al., J. Terramechanics 48(1):27-45, 2011; chosen form and prior.
 
 use crate::contact::{Contact, Hook};
-use crate::effect::{Effect, Touch};
+use crate::effect::{Circumstance, Effect, Touch};
 use crate::model::Soil;
 use crate::param::Param;
 use crate::real::Real;
@@ -31,7 +31,7 @@ impl Effect for Grousers {
         "L. Ding et al., J. Terramechanics 48(1):27-45, 2011; chosen form and prior";
     const NEEDS: &'static [Hook] = &[Hook::LugHeight];
     const TOUCHES: &'static [Touch] = &[Touch::Contact];
-    const BY_SLIP_AND_LOAD: bool = true;
+    const BESIDE_SLIP_AND_LOAD: Option<&'static [Circumstance]> = Some(&[]);
     const REGIME: &'static str = "pull and torque up, most on cohesive soil";
     const ISOLATED_BY: &'static str = "the same wheel with and without lugs";
 

@@ -7,7 +7,7 @@
 //! J. G. Potyondy, Géotechnique 11(4), 1961; chosen form and prior.
 
 use crate::contact::{Contact, Hook};
-use crate::effect::{Effect, Touch};
+use crate::effect::{Circumstance, Effect, Touch};
 use crate::model::Soil;
 use crate::param::Param;
 use crate::real::Real;
@@ -30,7 +30,7 @@ impl Effect for InterfaceFriction {
         "J. G. Potyondy, Géotechnique 11(4), 1961; chosen form and prior";
     const NEEDS: &'static [Hook] = &[Hook::Cohesion, Hook::Friction];
     const TOUCHES: &'static [Touch] = &[Touch::Contact];
-    const BY_SLIP_AND_LOAD: bool = true;
+    const BESIDE_SLIP_AND_LOAD: Option<&'static [Circumstance]> = Some(&[]);
     const REGIME: &'static str = "pull and torque down at every slip";
     const ISOLATED_BY: &'static str = "roughen the rim, or shear test against rim material";
 

@@ -30,6 +30,7 @@ impl Effect for LateralContrast {
     const NEEDS: &'static [Hook] = &[Hook::Stiffness];
     const TOUCHES: &'static [Touch] = &[Touch::Contact];
     const READS: &'static [Circumstance] = &[Circumstance::Side];
+    const BESIDE_SLIP_AND_LOAD: Option<&'static [Circumstance]> = Some(&[Circumstance::Side]);
     const SCOPE: Scope = Scope::Drive;
     const REGIME: &'static str = "left against right on straight runs, yaw";
     const ISOLATED_BY: &'static str = "drive the track back the other way";

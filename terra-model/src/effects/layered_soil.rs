@@ -7,7 +7,7 @@
 //! J. Y. Wong, Theory of Ground Vehicles (layered terrain); chosen form and prior.
 
 use crate::contact::{Contact, Hook};
-use crate::effect::{Effect, Touch};
+use crate::effect::{Circumstance, Effect, Touch};
 use crate::model::Soil;
 use crate::param::Param;
 use crate::real::Real;
@@ -46,7 +46,7 @@ impl Effect for LayeredSoil {
     const NEEDS: &'static [Hook] = &[Hook::Layer];
     const NEEDS_SOIL: &'static [&'static str] = &["stiffness", "sinkage_exponent"];
     const TOUCHES: &'static [Touch] = &[Touch::Contact];
-    const BY_SLIP_AND_LOAD: bool = true;
+    const BESIDE_SLIP_AND_LOAD: Option<&'static [Circumstance]> = Some(&[]);
     const REGIME: &'static str = "sinkage and pull, suddenly, where the load reaches the layer";
     const ISOLATED_BY: &'static str =
         "a plate test to 100 mm, or two loads that sink less and more than the layer's depth";

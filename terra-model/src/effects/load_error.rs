@@ -7,7 +7,7 @@
 //! definition (sensitivity of a measuring system, JCGM 200:2012); chosen prior.
 
 use crate::contact::Contact;
-use crate::effect::{Effect, Scope, Touch};
+use crate::effect::{Circumstance, Effect, Scope, Touch};
 use crate::model::Soil;
 use crate::param::Param;
 use crate::real::Real;
@@ -29,7 +29,7 @@ impl Effect for LoadError {
     const REFERENCE: &'static str =
         "definition (sensitivity of a measuring system, JCGM 200:2012); chosen prior";
     const TOUCHES: &'static [Touch] = &[Touch::Contact];
-    const BY_SLIP_AND_LOAD: bool = true;
+    const BESIDE_SLIP_AND_LOAD: Option<&'static [Circumstance]> = Some(&[]);
     const SCOPE: Scope = Scope::Rig;
     const REGIME: &'static str = "pull, torque and sinkage with the load";
     const ISOLATED_BY: &'static str = "put the wheel on a scale";

@@ -32,6 +32,8 @@ impl Effect for Multipass {
     const NEEDS: &'static [Hook] = &[Hook::Stiffness, Hook::ShearModulus, Hook::Cohesion];
     const TOUCHES: &'static [Touch] = &[Touch::Contact];
     const READS: &'static [Circumstance] = &[Circumstance::EarlierPasses];
+    const BESIDE_SLIP_AND_LOAD: Option<&'static [Circumstance]> =
+        Some(&[Circumstance::EarlierPasses]);
     const REGIME: &'static str =
         "sinkage of the rear wheels down, their torque too at low slip; second axle and own rut";
     const ISOLATED_BY: &'static str = "a second pass in the same rut";

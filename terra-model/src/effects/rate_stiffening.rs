@@ -7,7 +7,7 @@
 //! W. Grahn, J. Terramechanics 28(4), 1991; chosen form and prior.
 
 use crate::contact::{Contact, Hook};
-use crate::effect::{Effect, Touch};
+use crate::effect::{Circumstance, Effect, Touch};
 use crate::model::Soil;
 use crate::param::{EITHER_SIGN, Param};
 use crate::real::Real;
@@ -30,6 +30,7 @@ impl Effect for RateStiffening {
         "W. Grahn, J. Terramechanics 28(4), 1991; chosen form and prior";
     const NEEDS: &'static [Hook] = &[Hook::Stiffness];
     const TOUCHES: &'static [Touch] = &[Touch::Contact];
+    const BESIDE_SLIP_AND_LOAD: Option<&'static [Circumstance]> = Some(&[Circumstance::Speed]);
     const REGIME: &'static str = "sinkage and pull at equal slip but different speed";
     const ISOLATED_BY: &'static str = "the same slip at two speeds";
 

@@ -7,7 +7,7 @@
 //! J. Y. Wong, Theory of Ground Vehicles; chosen form and prior.
 
 use crate::contact::{Contact, Hook};
-use crate::effect::{Effect, Touch};
+use crate::effect::{Circumstance, Effect, Touch};
 use crate::model::Soil;
 use crate::param::Param;
 use crate::real::Real;
@@ -29,7 +29,7 @@ impl Effect for RearContact {
     const REFERENCE: &'static str = "J. Y. Wong, Theory of Ground Vehicles; chosen form and prior";
     const NEEDS: &'static [Hook] = &[Hook::ExitRatio];
     const TOUCHES: &'static [Touch] = &[Touch::Contact];
-    const BY_SLIP_AND_LOAD: bool = true;
+    const BESIDE_SLIP_AND_LOAD: Option<&'static [Circumstance]> = Some(&[]);
     const REGIME: &'static str = "pull up, sinkage down; elastic soil, clay";
     const ISOLATED_BY: &'static str = "stress sensors in the rim, or sinkage beside pull";
 

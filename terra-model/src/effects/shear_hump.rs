@@ -7,7 +7,7 @@
 //! J. Y. Wong, J. Preston-Thomas, J. Terramechanics 19(4), 1983; chosen form and prior.
 
 use crate::contact::{Contact, Hook};
-use crate::effect::{Effect, Touch};
+use crate::effect::{Circumstance, Effect, Touch};
 use crate::model::Soil;
 use crate::param::Param;
 use crate::real::Real;
@@ -30,7 +30,7 @@ impl Effect for ShearHump {
         "J. Y. Wong, J. Preston-Thomas, J. Terramechanics 19(4), 1983; chosen form and prior";
     const NEEDS: &'static [Hook] = &[Hook::ShearHump];
     const TOUCHES: &'static [Touch] = &[Touch::Contact];
-    const BY_SLIP_AND_LOAD: bool = true;
+    const BESIDE_SLIP_AND_LOAD: Option<&'static [Circumstance]> = Some(&[]);
     const REGIME: &'static str = "pull and torque peak at slip .05 to .3, then drop";
     const ISOLATED_BY: &'static str = "a shear test of the soil";
 

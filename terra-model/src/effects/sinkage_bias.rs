@@ -21,6 +21,7 @@ impl Effect for SinkageBias {
     const EQUATION: &'static str = "z_reported = z + e";
     const REFERENCE: &'static str = "definition (instrumental bias, JCGM 200:2012); chosen prior";
     const TOUCHES: &'static [Touch] = &[Touch::Sensor];
+    const CHANNELS: &'static [Channel] = &[Channel::Sinkage];
     const SCOPE: Scope = Scope::Rig;
     const REGIME: &'static str = "sinkage only, at every slip";
     const ISOLATED_BY: &'static str = "log the wheel resting on a plate on the surface";

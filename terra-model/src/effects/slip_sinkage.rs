@@ -7,7 +7,7 @@
 //! L. Ding et al., J. Field Robotics 28(6), 2011: n = n0 + n1 s (formula recalled).
 
 use crate::contact::{Contact, Hook};
-use crate::effect::{Effect, Touch};
+use crate::effect::{Circumstance, Effect, Touch};
 use crate::model::Soil;
 use crate::param::Param;
 use crate::real::Real;
@@ -31,7 +31,7 @@ impl Effect for SlipSinkage {
         "L. Ding et al., J. Field Robotics 28(6), 2011: n = n0 + n1 s (formula recalled)";
     const NEEDS: &'static [Hook] = &[Hook::SinkageExponent];
     const TOUCHES: &'static [Touch] = &[Touch::Contact];
-    const BY_SLIP_AND_LOAD: bool = true;
+    const BESIDE_SLIP_AND_LOAD: Option<&'static [Circumstance]> = Some(&[]);
     const REGIME: &'static str = "pull down, torque and sinkage up, slip above .3";
     const ISOLATED_BY: &'static str = "sinkage sensor, or the same slip at two loads";
 

@@ -30,6 +30,7 @@ impl Effect for TerrainDrift {
     const NEEDS: &'static [Hook] = &[Hook::Stiffness, Hook::Cohesion];
     const TOUCHES: &'static [Touch] = &[Touch::Contact];
     const READS: &'static [Circumstance] = &[Circumstance::Path];
+    const BESIDE_SLIP_AND_LOAD: Option<&'static [Circumstance]> = Some(&[Circumstance::Path]);
     const SCOPE: Scope = Scope::Drive;
     const REGIME: &'static str = "all channels, with path or time";
     const ISOLATED_BY: &'static str = "drive the same manoeuvre at both ends of the path";

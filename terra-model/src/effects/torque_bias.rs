@@ -21,6 +21,7 @@ impl Effect for TorqueBias {
     const EQUATION: &'static str = "T_reported = T_true + e";
     const REFERENCE: &'static str = "definition (instrumental bias, JCGM 200:2012); chosen prior";
     const TOUCHES: &'static [Touch] = &[Touch::Sensor];
+    const CHANNELS: &'static [Channel] = &[Channel::WheelTorque];
     const REGIME: &'static str = "torque only, the same in both directions";
     const ISOLATED_BY: &'static str = "log the lifted, standing wheel";
 

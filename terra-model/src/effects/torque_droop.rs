@@ -27,6 +27,7 @@ impl Effect for TorqueDroop {
     const EQUATION: &'static str = "T_reported = T_true (1 + e (T / 60 N m)²)";
     const REFERENCE: &'static str = "A. E. Fitzgerald, C. Kingsley, S. D. Umans, Electric Machinery (saturation lowers the torque a current gives); chosen form and prior";
     const TOUCHES: &'static [Touch] = &[Touch::Sensor];
+    const CHANNELS: &'static [Channel] = &[Channel::WheelTorque];
     const SCOPE: Scope = Scope::Drive;
     const REGIME: &'static str = "torque at high torque";
     const ISOLATED_BY: &'static str = "a brake test up to the largest torque";

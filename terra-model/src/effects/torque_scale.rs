@@ -27,6 +27,7 @@ impl Effect for TorqueScale {
     const REFERENCE: &'static str =
         "definition (sensitivity of a measuring system, JCGM 200:2012); chosen prior";
     const TOUCHES: &'static [Touch] = &[Touch::Sensor];
+    const CHANNELS: &'static [Channel] = &[Channel::WheelTorque];
     const REGIME: &'static str = "torque only, at every slip";
     const ISOLATED_BY: &'static str = "calibrate the motor on a brake or a lever arm";
 

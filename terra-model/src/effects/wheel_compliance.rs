@@ -7,7 +7,7 @@
 //! M. G. Bekker, Theory of Land Locomotion, 1956; chosen form and prior.
 
 use crate::contact::{Contact, Hook};
-use crate::effect::{Effect, Touch};
+use crate::effect::{Circumstance, Effect, Touch};
 use crate::model::Soil;
 use crate::param::Param;
 use crate::real::Real;
@@ -30,7 +30,7 @@ impl Effect for WheelCompliance {
         "M. G. Bekker, Theory of Land Locomotion, 1956; chosen form and prior";
     const NEEDS: &'static [Hook] = &[Hook::ContactRadius];
     const TOUCHES: &'static [Touch] = &[Touch::Contact];
-    const BY_SLIP_AND_LOAD: bool = true;
+    const BESIDE_SLIP_AND_LOAD: Option<&'static [Circumstance]> = Some(&[]);
     const REGIME: &'static str = "sinkage down under heavy load";
     const ISOLATED_BY: &'static str = "load the wheel on hard ground and measure the footprint";
 

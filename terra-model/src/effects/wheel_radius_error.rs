@@ -8,7 +8,7 @@
 //! prior.
 
 use crate::contact::Contact;
-use crate::effect::{Effect, Touch};
+use crate::effect::{Circumstance, Effect, Touch};
 use crate::model::Soil;
 use crate::param::Param;
 use crate::real::Real;
@@ -29,7 +29,7 @@ impl Effect for WheelRadiusError {
     const EQUATION: &'static str = "R -> R (1 + e), in the contact and in the slip";
     const REFERENCE: &'static str = "J. Borenstein, L. Feng, IEEE Trans. Robotics and Automation 12(6):869-880, 1996 (uncertain wheel diameters); chosen prior";
     const TOUCHES: &'static [Touch] = &[Touch::Contact];
-    const BY_SLIP_AND_LOAD: bool = true;
+    const BESIDE_SLIP_AND_LOAD: Option<&'static [Circumstance]> = Some(&[]);
     const REGIME: &'static str = "slip offset at low slip; torque over pull";
     const ISOLATED_BY: &'static str = "measure the loaded radius with a tape";
 

@@ -46,6 +46,24 @@ impl LaneDual {
         }
     }
 
+    /// Σ a b, with all that varies held in registers.
+    #[inline]
+    pub(super) fn dotted<'a>(pairs: impl Iterator<Item = (&'a Self, Lanes)>) -> Self {
+        let (mut value, mut slopes) = (Lanes::zero(), Slopes::default());
+        let mut varies = false;
+        for (a, by) in pairs {
+            value = Lanes(a.value.0.mul_add(by.0, value.0));
+            if let Some(a) = &a.slopes {
+                varies = true;
+                slopes = plus(&slopes, a, by);
+            }
+        }
+        LaneDual {
+            value,
+            slopes: varies.then_some(slopes),
+        }
+    }
+
     /// f(x) by its value and derivative.
     #[inline(never)]
     fn chain(&self, value: Lanes, derivative: Lanes) -> Self {

@@ -1,12 +1,13 @@
-//! Pull and torque of one soil and wheel as a polynomial in slip and load, with whatever derivatives its numbers carry: a few
-//! dozen contacts stand for hundreds on the same side of zero slip, each at a tenth of a solve's cost.
+//! Pull and torque of one soil and wheel as a polynomial in slip, load and at most one quantity more, with whatever derivatives its
+//! numbers carry: a few dozen contacts stand for hundreds on the same side of zero slip, each at a tenth of a solve's cost.
 //!
 //! # Equation
-//! D/W = Σ d_ij T_i(s) T_j(x), T/W likewise, with Chebyshev's polynomials in slip and in x = ln W, each scaled to \[-1, 1\]. The
-//! coefficients are the discrete sums over Chebyshev's nodes.
+//! D/W = Σ d_ijk T_i(s) T_j(x) T_k(y), T/W likewise, with Chebyshev's polynomials in slip, in x = ln W and in what is beside them,
+//! each scaled to \[-1, 1\]. The coefficients are the discrete sums over Chebyshev's nodes, zeros in slip and load, extremes beside
+//! them: two or three values of a quantity that has no more are met exactly.
 //!
 //! # Reference
-//! L. N. Trefethen, *Approximation Theory and Approximation Practice*, SIAM 2013, chapters 3, 4 and 8.
+//! L. N. Trefethen, *Approximation Theory and Approximation Practice*, SIAM 2013, chapters 2, 3, 4 and 8.
 
 use crate::lanes::{Abreast, Lanes, Vector};
 use crate::maps::MapRange;
@@ -18,21 +19,77 @@ const MOST: usize = 12;
 /// A share of the load that is nothing.
 const NOTHING: f64 = 1e-7;
 
+/// A quantity that forces follow from beside slip and load.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Beside {
+    /// From where to where.
+    pub range: (f64, f64),
+    /// How many nodes, the first and the last at its ends (2 to 12).
+    pub nodes: usize,
+    /// Whether it has no other values than its nodes.
+    pub discrete: bool,
+}
+
+impl Beside {
+    /// Values at its nodes.
+    pub fn values(&self) -> impl Iterator<Item = f64> + '_ {
+        (0..self.nodes).map(|k| self.value(extreme(k, self.nodes - 1)))
+    }
+
+    /// Of a place on \[-1, 1\].
+    fn value(&self, y: f64) -> f64 {
+        let (low, high) = self.range;
+        0.5 * (low + high) + 0.5 * y * (high - low)
+    }
+}
+
 /// Where contacts are asked for that a surface goes through.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfaceNodes {
     range: MapRange,
     slips: usize,
     loads: usize,
+    beside: Option<Beside>,
+}
+
+/// Slips \[1\] and normal loads \[N\] of eight contacts, and what is beside them; 0 where nothing is.
+#[derive(Clone, Copy, Debug)]
+pub struct SurfaceContacts {
+    /// Slip.
+    pub slip: Lanes,
+    /// Normal load.
+    pub load: Lanes,
+    /// What is beside them.
+    pub beside: Lanes,
+}
+
+/// Where eight contacts lie among the polynomials of a surface.
+#[derive(Clone, Copy, Debug)]
+pub struct SurfacePlace {
+    slip: Lanes,
+    load: Lanes,
+    beside: Lanes,
 }
 
 impl SurfaceNodes {
-    /// So many in slip and in load (2 to 12) over a range that is not empty; slips may be negative.
+    /// So many in slip and in load (2 to 12, their product a multiple of eight) over a range that is not empty; slips may be
+    /// negative.
     pub fn new(range: MapRange, slips: usize, loads: usize) -> Self {
         SurfaceNodes {
             range,
             slips: slips.clamp(2, MOST),
             loads: loads.clamp(2, MOST),
+            beside: None,
+        }
+    }
+
+    /// The same at each node of something beside slip and load.
+    #[must_use]
+    pub fn beside(self, beside: Beside) -> Self {
+        let nodes = beside.nodes.clamp(2, MOST);
+        SurfaceNodes {
+            beside: Some(Beside { nodes, ..beside }),
+            ..self
         }
     }
 
@@ -41,118 +98,171 @@ impl SurfaceNodes {
         self.range
     }
 
+    /// And beside slip and load.
+    pub fn range_beside(&self) -> Option<(f64, f64)> {
+        self.beside.map(|beside| beside.range)
+    }
+
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        self.layer() * self.layers()
+    }
+
+    /// Never.
+    pub fn is_empty(&self) -> bool {
+        false
+    }
+
+    fn layer(&self) -> usize {
+        self.slips * self.loads
+    }
+
+    fn layers(&self) -> usize {
+        self.beside.map_or(1, |b| b.nodes)
+    }
+
     /// How many groups of eight.
     pub fn groups(&self) -> usize {
-        (self.slips * self.loads).div_ceil(Lanes::WIDTH)
+        self.layer().div_ceil(Lanes::WIDTH) * self.layers()
     }
 
-    /// Slips and normal loads \[N\] of one group; lanes that are left over repeat the last node.
-    pub fn group(&self, number: usize) -> (Lanes, Lanes) {
-        let last = self.slips * self.loads - 1;
-        let node = |lane: usize| (number * Lanes::WIDTH + lane).min(last);
-        let (low, high) = self.log_load();
-        let slip = |lane| {
-            self.range
-                .slip_at(chebyshev(node(lane) / self.loads, self.slips))
-        };
-        let load = |lane| {
-            let x = chebyshev(node(lane) % self.loads, self.loads);
-            (low + 0.5 * (x + 1.0) * (high - low)).exp()
-        };
-        let lanes = 0..Lanes::WIDTH;
-        (
-            Lanes::gather(lanes.clone().map(slip)),
-            Lanes::gather(lanes.map(load)),
+    /// One group; lanes that are left over repeat the last node of its layer.
+    pub fn group(&self, number: usize) -> SurfaceContacts {
+        let of_layer = self.layer().div_ceil(Lanes::WIDTH);
+        let (layer, number) = (number / of_layer, number % of_layer);
+        let node = |lane: usize| (number * Lanes::WIDTH + lane).min(self.layer() - 1);
+        self.contacts(
+            |lane| chebyshev(node(lane) / self.loads, self.slips),
+            |lane| chebyshev(node(lane) % self.loads, self.loads),
+            |_| extreme(layer, self.layers() - 1),
         )
     }
 
-    /// Slips and normal loads \[N\] of eight contacts on the edges and in the midst, as far from the nodes as may be.
-    pub fn between(&self) -> (Lanes, Lanes) {
-        let extreme = |k: usize, n: usize| -(std::f64::consts::PI * k as f64 / n as f64).cos();
-        let (low, high) = self.log_load();
-        let slip = |lane: usize| {
-            let k = (2 * lane * self.slips + Lanes::WIDTH - 1) / (2 * (Lanes::WIDTH - 1));
-            self.range.slip_at(extreme(k, self.slips))
-        };
-        let load = |lane: usize| {
-            let x = extreme(3 * lane % (self.loads + 1), self.loads);
-            (low + 0.5 * (x + 1.0) * (high - low)).exp()
-        };
-        let lanes = 0..Lanes::WIDTH;
-        (
-            Lanes::gather(lanes.clone().map(slip)),
-            Lanes::gather(lanes.map(load)),
+    /// Eight contacts on the edges and in the midst, as far from the nodes as may be.
+    pub fn between(&self) -> SurfaceContacts {
+        let spread =
+            |lane: usize, n: usize| (2 * lane * n + Lanes::WIDTH - 1) / (2 * (Lanes::WIDTH - 1));
+        let gaps = self.layers() - 1;
+        let discrete = self.beside.is_some_and(|b| b.discrete);
+        self.contacts(
+            |lane| extreme(spread(lane, self.slips), self.slips),
+            |lane| extreme(3 * lane % (self.loads + 1), self.loads),
+            |lane| match gaps {
+                0 => 0.0,
+                _ if discrete => extreme(5 * lane % (gaps + 1), gaps),
+                _ => chebyshev(5 * lane % gaps, gaps),
+            },
         )
+    }
+
+    /// Contacts at these places on \[-1, 1\].
+    fn contacts(
+        &self,
+        slip: impl Fn(usize) -> f64,
+        load: impl Fn(usize) -> f64,
+        beside: impl Fn(usize) -> f64,
+    ) -> SurfaceContacts {
+        let (low, high) = self.log_load();
+        let lanes = || 0..Lanes::WIDTH;
+        SurfaceContacts {
+            slip: Lanes::gather(lanes().map(|lane| self.range.slip_at(slip(lane)))),
+            load: Lanes::gather(
+                lanes().map(|lane| (low + 0.5 * (load(lane) + 1.0) * (high - low)).exp()),
+            ),
+            beside: Lanes::gather(
+                lanes().map(|lane| self.beside.map_or(0.0, |b| b.value(beside(lane)))),
+            ),
+        }
     }
 
     fn log_load(&self) -> (f64, f64) {
         let (low, high) = self.range.normal_load;
         (low.ln(), high.ln())
     }
+
+    /// How much a unit of slip is on \[-1, 1\], and one of the logarithm of load.
+    fn scales(&self) -> [f64; 2] {
+        let ((slips, loads), (low, high)) = ((self.range.slip, self.log_load()), (0.0, 2.0));
+        [slips, loads].map(|(from, to)| (high - low) / (to - from))
+    }
+
+    /// Where contacts lie.
+    pub fn place(&self, at: &SurfaceContacts) -> SurfacePlace {
+        let [per_slip, per_log] = self.scales();
+        let beside = self.beside.map_or(at.beside, |b| {
+            let (low, high) = b.range;
+            (at.beside * 2.0 - (low + high)) / (high - low)
+        });
+        SurfacePlace {
+            slip: (at.slip - self.range.slip.0) * per_slip - 1.0,
+            load: (at.load.ln() - self.log_load().0) * per_log - 1.0,
+            beside,
+        }
+    }
+
+    /// Products of the polynomials at a place times a factor, in the order of nodes, each with its number.
+    pub fn each_product(
+        &self,
+        at: &SurfacePlace,
+        factor: Lanes,
+        mut take: impl FnMut(usize, Lanes),
+    ) {
+        let (of_slip, of_load) = (polynomials(at.slip), polynomials(at.load));
+        let of_beside = polynomials(at.beside);
+        let mut number = 0;
+        for third in &of_beside[..self.layers()] {
+            let factor = *third * factor;
+            for slip in &of_slip[..self.slips] {
+                let factor = *slip * factor;
+                for load in &of_load[..self.loads] {
+                    take(number, *load * factor);
+                    number += 1;
+                }
+            }
+        }
+    }
 }
 
-/// Pull and torque over slip and load, eight contacts at a time.
+/// Pull and torque over slip, load and what is beside them, eight contacts at a time.
 #[derive(Clone, Debug)]
 pub struct ForceSurface<T> {
     nodes: SurfaceNodes,
-    terms: Vec<Term<T>>,
+    terms: [Vec<Term<T>>; 2],
 }
 
-/// A product of two polynomials with its coefficients.
+/// A product of polynomials, by its number, with its coefficient.
 #[derive(Clone, Debug)]
 struct Term<T> {
-    slip: usize,
-    load: usize,
-    of: [T; 2],
+    number: usize,
+    of: T,
 }
 
 impl<T: Abreast> ForceSurface<T> {
     /// Through D \[N\] and T \[N m\] of every group of nodes. Left out is what is nothing beside the load, or beside the load times
     /// `arm` \[m\].
     pub fn through(nodes: SurfaceNodes, forces: &[[T; 2]], arm: f64) -> Self {
-        let SurfaceNodes { slips, loads, .. } = nodes;
-        let over_load: Vec<[T; 2]> = forces
-            .iter()
-            .enumerate()
-            .map(|(group, forces)| {
-                let inverse = Lanes::one() / nodes.group(group).1;
-                forces.map(|force| force.scaled(inverse))
-            })
-            .collect();
-        let (by_slip, by_load) = (at_nodes(slips), at_nodes(loads));
-        let mut terms = vec![];
-        for (slip, by_slip) in by_slip.iter().enumerate() {
-            for (load, by_load) in by_load.iter().enumerate() {
-                let weight = |node: usize| {
-                    let slip = by_slip.get(node / loads).copied().unwrap_or(0.0);
-                    slip * by_load[node % loads]
-                };
-                let mut of = [T::zero(); 2];
-                for (group, values) in over_load.iter().enumerate() {
-                    let lanes = (0..Lanes::WIDTH).map(|lane| weight(group * Lanes::WIDTH + lane));
-                    let weights = Lanes::gather(lanes);
-                    for (sum, value) in of.iter_mut().zip(values) {
-                        sum.add_scaled(value, weights);
-                    }
-                }
-                let of = of.map(T::total_of_lanes);
-                let [pull, torque] = of.map(|c| c.primal().lane(0).abs());
-                // What is no number is kept.
-                let size = pull.max(torque / arm);
-                if size >= NOTHING || !size.is_finite() {
-                    terms.push(Term { slip, load, of });
-                }
-            }
+        let over_load = |k: usize| -> Vec<T> {
+            let each = forces.iter().enumerate();
+            let inverse = |group| Lanes::one() / nodes.group(group).load;
+            each.map(|(group, forces)| forces[k].scaled(inverse(group)))
+                .collect()
+        };
+        ForceSurface {
+            nodes,
+            terms: [(0, 1.0), (1, arm)].map(|(k, arm)| terms(&nodes, &over_load(k), NOTHING * arm)),
         }
-        ForceSurface { nodes, terms }
     }
 
     /// How far it is at most from D \[N\] and T \[N m\] at the contacts [`SurfaceNodes::between`] nodes, as a share of load and of
     /// load times `arm` \[m\].
     pub fn error(&self, forces: &[Lanes; 2], arm: f64) -> f64 {
-        let (slip, load) = self.nodes.between();
-        let found = self.at(&T::from_primal(slip), &T::from_primal(load));
-        let share = |k: usize, arm: f64| ((found[k].primal() - forces[k]) / (load * arm)).abs();
+        let at = self.nodes.between();
+        let place = self.nodes.place(&at);
+        let mut products = vec![Lanes::zero(); self.nodes.len()];
+        self.nodes
+            .each_product(&place, at.load, |k, product| products[k] = product);
+        let found = [self.pull(&products), self.torque(&products)];
+        let share = |k: usize, arm: f64| ((found[k].primal() - forces[k]) / (at.load * arm)).abs();
         let (pull, torque) = (share(0, 1.0), share(1, arm));
         if pull.is_finite() && torque.is_finite() {
             pull.max_lane().max(torque.max_lane())
@@ -166,31 +276,38 @@ impl<T: Abreast> ForceSurface<T> {
         self.nodes
     }
 
-    /// D \[N\] and T \[N m\] at a slip \[1\] and a normal load \[N\], with the slopes that coefficients, slip and load have. Only
-    /// within the range of its nodes: beyond it the polynomial goes on, and means nothing.
+    /// Sum of D \[N\] over contacts, out of their [products](SurfaceNodes::each_product) times load \[N\].
+    pub fn pull(&self, products: &[Lanes]) -> T {
+        let each = self.terms[0].iter();
+        T::dot(each.map(|term| (&term.of, products[term.number])))
+    }
+
+    /// The same of T \[N m\].
+    pub fn torque(&self, products: &[Lanes]) -> T {
+        let each = self.terms[1].iter();
+        T::dot(each.map(|term| (&term.of, products[term.number])))
+    }
+
+    /// D \[N\] and T \[N m\] at a slip \[1\] and a normal load \[N\] of a surface over these alone, with the slopes that coefficients,
+    /// slip and load have. Only within the range of its nodes: beyond it the polynomial goes on, and means nothing.
     pub fn at(&self, slip: &T, load: &T) -> [T; 2] {
-        let nodes = &self.nodes;
-        let (here, weight) = (slip.primal(), load.primal());
-        let (low, high) = nodes.range.slip;
-        let per_slip = 2.0 / (high - low);
-        let s = (here - low) * per_slip - 1.0;
-        let (low, high) = nodes.log_load();
-        let per_log = 2.0 / (high - low);
-        let x = (weight.ln() - low) * per_log - 1.0;
-        let (of_slip, of_load) = (polynomials(s), polynomials(x));
+        let (weight, loads) = (load.primal(), self.nodes.loads);
+        let place = self.nodes.place(&SurfaceContacts {
+            slip: slip.primal(),
+            load: weight,
+            beside: Lanes::zero(),
+        });
+        let (of_slip, of_load) = (polynomials(place.slip), polynomials(place.load));
         let moves = |x: &T| !is_plain::<T>() && x.varies();
-        let mut sums = [T::zero(); 2];
-        for term in &self.terms {
-            let by = of_slip[term.slip] * of_load[term.load];
-            for (sum, c) in sums.iter_mut().zip(&term.of) {
-                sum.add_scaled(c, by);
-            }
-        }
+        let by = |term: &Term<T>| of_slip[term.number / loads] * of_load[term.number % loads];
+        let mut sums =
+            [0, 1].map(|k| T::dot(self.terms[k].iter().map(|term| (&term.of, by(term)))));
+        let [per_slip, per_log] = self.nodes.scales();
         for (varies, x, of_slip, of_load, rate) in [
             (
                 moves(slip),
                 slip,
-                slopes(s, &of_slip),
+                slopes(place.slip, &of_slip),
                 of_load,
                 Lanes::from(per_slip),
             ),
@@ -198,37 +315,94 @@ impl<T: Abreast> ForceSurface<T> {
                 moves(load),
                 load,
                 of_slip,
-                slopes(x, &of_load),
+                slopes(place.load, &of_load),
                 Lanes::from(per_log) / weight,
             ),
         ] {
             if !varies {
                 continue;
             }
-            let mut by = [Lanes::zero(); 2];
-            for term in &self.terms {
-                let slope = of_slip[term.slip] * of_load[term.load] * rate;
-                for (sum, c) in by.iter_mut().zip(&term.of) {
-                    *sum = c.primal().mul_add(slope, *sum);
-                }
-            }
             let step = *x - T::from_primal(x.primal());
-            for (sum, by) in sums.iter_mut().zip(by) {
-                sum.add_scaled(&step, by);
+            for (sum, terms) in sums.iter_mut().zip(&self.terms) {
+                let mut by = Lanes::zero();
+                for Term { number, of } in terms {
+                    let slope = of_slip[number / loads] * of_load[number % loads];
+                    by = of.primal().mul_add(slope, by);
+                }
+                sum.add_scaled(&step, by * rate);
             }
         }
         sums.map(|sum| sum * *load)
     }
 }
 
-/// Weight of each node's value in each coefficient.
-fn at_nodes(n: usize) -> Vec<Vec<f64>> {
+/// Coefficients out of values at every group of nodes; left out are those below `nothing`.
+fn terms<T: Abreast>(nodes: &SurfaceNodes, values: &[T], nothing: f64) -> Vec<Term<T>> {
+    let SurfaceNodes { slips, loads, .. } = *nodes;
+    let (layer, layers) = (nodes.layer(), nodes.layers());
+    let groups = nodes.groups() / layers;
+    let (by_slip, by_load, by_layer) = (at_zeros(slips), at_zeros(loads), at_extremes(layers));
+    let mut terms = vec![];
+    let mut combined: Vec<T> = values.to_vec();
+    if layers > 1 {
+        for (degree, by_layer) in by_layer.iter().enumerate() {
+            for group in 0..groups {
+                let each = by_layer.iter().enumerate();
+                let each = each.map(|(k, &by)| (&values[k * groups + group], Lanes::from(by)));
+                combined[degree * groups + group] = T::dot(each);
+            }
+        }
+    }
+    for number in 0..layer * layers {
+        let (degree, in_layer) = (number / layer, number % layer);
+        let (by_slip, by_load) = (&by_slip[in_layer / loads], &by_load[in_layer % loads]);
+        let weight = |node: usize| {
+            let slip = by_slip.get(node / loads).copied().unwrap_or(0.0);
+            slip * by_load[node % loads]
+        };
+        let each = (0..groups).map(|group| {
+            let lanes = (0..Lanes::WIDTH).map(|lane| weight(group * Lanes::WIDTH + lane));
+            (&combined[degree * groups + group], Lanes::gather(lanes))
+        });
+        let of = T::dot(each).total_of_lanes();
+        if !(of.primal().abs().max_lane() < nothing) {
+            terms.push(Term { number, of });
+        }
+    }
+    terms
+}
+
+/// Place k of n + 1 on \[-1, 1\] where a polynomial of degree n has its extremes.
+fn extreme(k: usize, n: usize) -> f64 {
+    if n == 0 {
+        return 0.0;
+    }
+    -(std::f64::consts::PI * k as f64 / n as f64).cos()
+}
+
+/// Weight of the value at each zero in each coefficient.
+fn at_zeros(n: usize) -> Vec<Vec<f64>> {
     let weight = |degree: usize| if degree == 0 { 1.0 } else { 2.0 } / n as f64;
     let of = |degree: usize| {
         let at = (0..n).map(|k| (degree as f64 * chebyshev(k, n).acos()).cos());
         at.map(|t| t * weight(degree)).collect()
     };
     (0..n).map(of).collect()
+}
+
+/// The same at extremes, the ends at half weight.
+fn at_extremes(nodes: usize) -> Vec<Vec<f64>> {
+    let n = nodes - 1;
+    if n == 0 {
+        return vec![vec![1.0]];
+    }
+    let half = |k: usize| if k == 0 || k == n { 0.5 } else { 1.0 };
+    let of = |degree: usize| {
+        let at = (0..nodes)
+            .map(|k| (degree as f64 * extreme(k, n).clamp(-1.0, 1.0).acos()).cos() * half(k));
+        at.map(|t| t * 2.0 * half(degree) / n as f64).collect()
+    };
+    (0..nodes).map(of).collect()
 }
 
 /// T_0(x), T_1(x), ...
@@ -256,7 +430,7 @@ fn slopes(x: Lanes, polynomials: &[Lanes; MOST]) -> [Lanes; MOST] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Contact, ForceLaw, LaneDual, Law, Registry, catalogue};
+    use crate::{Circumstance, Contact, ForceLaw, LaneDual, Law, Registry, catalogue};
 
     const RANGE: MapRange = MapRange {
         slip: (0.0, 0.8),
@@ -268,10 +442,14 @@ mod tests {
     };
 
     /// Pull and torque of a function at groups of nodes.
-    fn at_groups<T: Abreast>(nodes: &SurfaceNodes, of: impl Fn(T, T) -> [T; 2]) -> Vec<[T; 2]> {
+    fn at_groups<T: Abreast>(nodes: &SurfaceNodes, of: impl Fn(T, T, T) -> [T; 2]) -> Vec<[T; 2]> {
         let group = |k| {
-            let (slip, load) = nodes.group(k);
-            of(T::from_primal(slip), T::from_primal(load))
+            let SurfaceContacts { slip, load, beside } = nodes.group(k);
+            of(
+                T::from_primal(slip),
+                T::from_primal(load),
+                T::from_primal(beside),
+            )
         };
         (0..nodes.groups()).map(group).collect()
     }
@@ -300,7 +478,7 @@ mod tests {
         let a = LaneDual::variable(Lanes::from(0.7), 0);
         let nodes = SurfaceNodes::new(RANGE, 10, 4);
         assert_eq!(nodes.groups(), 5);
-        let values = at_groups(&nodes, |slip, load| of(a, slip, load));
+        let values = at_groups(&nodes, |slip, load, _| of(a, slip, load));
         let surface = ForceSurface::through(nodes, &values, 0.25);
         for k in 0..4 {
             let (slip, load) = inside(RANGE, k);
@@ -327,27 +505,72 @@ mod tests {
         }
     }
 
-    /// Forces of a law with these parameters, and how wrong a surface of them is as a share of load and of load times radius.
+    /// What it gives at contacts.
+    fn given(surface: &ForceSurface<Lanes>, at: &SurfaceContacts) -> [Lanes; 2] {
+        let nodes = surface.nodes();
+        let mut products = vec![Lanes::zero(); nodes.len()];
+        nodes.each_product(&nodes.place(at), at.load, |k, product| {
+            products[k] = product
+        });
+        [surface.pull(&products), surface.torque(&products)]
+    }
+
+    /// What a law follows from beside slip and load, over a usual log; none where that is more than one quantity.
+    fn beside(law: &Law) -> Option<Option<(Circumstance, Beside)>> {
+        let values = |from: f64, to: f64, nodes, discrete| Beside {
+            range: (from, to),
+            nodes,
+            discrete,
+        };
+        match law.beside_slip_and_load()?[..] {
+            [] => Some(None),
+            [one] => {
+                let over = match one {
+                    Circumstance::SlipAngle => values(-0.2, 0.2, 5, false),
+                    Circumstance::Path => values(0.0, 20.0, 5, false),
+                    Circumstance::EarlierPasses => values(0.0, 2.0, 3, true),
+                    Circumstance::Side => values(-1.0, 1.0, 2, true),
+                    Circumstance::Speed => values(0.3, 0.8, 5, false),
+                };
+                Some(Some((one, over)))
+            }
+            _ => None,
+        }
+    }
+
+    /// How wrong a surface of a law with these parameters is, as it says and at most, as a share of load and of load times radius.
     fn error_of(law: &Law, p: &[f64], range: MapRange, size: (usize, usize)) -> (f64, f64) {
         const RADIUS: f64 = 0.254;
+        let beside = beside(law).unwrap();
         let nodes = SurfaceNodes::new(range, size.0, size.1);
-        let of = |slip: f64, load: f64| {
-            let f = law
-                .forces(p, &Contact::new(slip, load, RADIUS, 0.15))
-                .unwrap();
+        let nodes = beside.map_or(nodes, |(_, beside)| nodes.beside(beside));
+        let of = |slip: f64, load: f64, value: f64| {
+            let mut at = Contact::new(slip, load, RADIUS, 0.15);
+            if let Some((circumstance, _)) = beside {
+                circumstance.tell(&mut at, value);
+            }
+            let f = law.forces(p, &at).unwrap();
             [f.drawbar_pull, f.resistive_torque]
         };
-        let eight = |slip: Lanes, load: Lanes| -> [Lanes; 2] {
-            let each: Vec<[f64; 2]> = (0..8).map(|k| of(slip.lane(k), load.lane(k))).collect();
+        let eight = |slip: Lanes, load: Lanes, beside: Lanes| -> [Lanes; 2] {
+            let each = (0..8).map(|k| of(slip.lane(k), load.lane(k), beside.lane(k)));
+            let each: Vec<[f64; 2]> = each.collect();
             [0, 1].map(|k| Lanes::gather(each.iter().map(|f| f[k])))
         };
+        let all = |at: &SurfaceContacts| eight(at.slip, at.load, at.beside);
         let surface = ForceSurface::through(nodes, &at_groups(&nodes, eight), RADIUS);
-        let (slip, load) = nodes.between();
-        let estimate = surface.error(&eight(slip, load), RADIUS);
+        let estimate = surface.error(&all(&nodes.between()), RADIUS);
         let mut worst: f64 = 0.0;
         for k in 0..12 {
             let (slip, load) = inside(range, k);
-            let (found, truth) = (surface.at(&slip, &load), eight(slip, load));
+            let value = |lane: usize| match beside {
+                Some((_, b)) if b.discrete => b.values().nth(lane % b.nodes).unwrap(),
+                Some((_, b)) => b.range.0 + (b.range.1 - b.range.0) * (lane as f64 * 0.57).fract(),
+                None => 0.0,
+            };
+            let beside = Lanes::gather((0..8).map(value));
+            let at = SurfaceContacts { slip, load, beside };
+            let (found, truth) = (given(&surface, &at), all(&at));
             for (k, arm) in [(0, 1.0), (1, RADIUS)] {
                 let share = (found[k] - truth[k]) / (load * arm);
                 worst = worst.max(share.max_lane()).max(-share.min_lane());
@@ -378,7 +601,7 @@ mod tests {
                         .map(|p| (0.5 * p.prior_sd).clamp(p.min, p.max));
                     let p: Vec<f64> = soil.iter().copied().chain(e).collect();
                     if let Ok(law) = plain.with_effects([std::sync::Arc::clone(effect)])
-                        && law.is_by_slip_and_load()
+                        && beside(&law).is_some()
                     {
                         laws.push((law, p));
                     }
@@ -402,7 +625,7 @@ mod tests {
     #[test]
     fn a_bend_is_no_polynomial() {
         for bend_in_slip in [true, false] {
-            let of = |slip: Lanes, load: Lanes| {
+            let of = |slip: Lanes, load: Lanes, _: Lanes| {
                 let bent = if bend_in_slip {
                     (slip - 0.3).abs()
                 } else {
@@ -412,8 +635,8 @@ mod tests {
             };
             let nodes = SurfaceNodes::new(RANGE, 10, 4);
             let surface = ForceSurface::through(nodes, &at_groups(&nodes, of), 0.25);
-            let (slip, load) = nodes.between();
-            let error = surface.error(&of(slip, load), 0.25);
+            let at = nodes.between();
+            let error = surface.error(&of(at.slip, at.load, at.beside), 0.25);
             assert!(error > 2e-5, "{bend_in_slip} {error}");
         }
     }

@@ -1,7 +1,7 @@
 //! Other forms of bulldozing: bearing-capacity factors, a pile that rubs on the rim.
 
 use crate::contact::Contact;
-use crate::effect::{Effect, Touch};
+use crate::effect::{Circumstance, Effect, Touch};
 use crate::effects::Bulldozing;
 use crate::effects::bulldozing::push_per_width;
 use crate::forces::WheelForces;
@@ -35,7 +35,7 @@ impl Effect for BearingCapacity {
     const REFERENCE: &'static str = "M. G. Bekker, Introduction to Terrain-Vehicle Systems, 1969, with Terzaghi's factors as in Wong, Theory of Ground Vehicles (recalled)";
     const NEEDS_SOIL: &'static [&'static str] = &["cohesion", "friction_angle"];
     const TOUCHES: &'static [Touch] = &[Touch::Forces];
-    const BY_SLIP_AND_LOAD: bool = true;
+    const BESIDE_SLIP_AND_LOAD: Option<&'static [Circumstance]> = Some(&[]);
 
     fn after<T: Real>(
         &self,
@@ -92,7 +92,7 @@ impl Effect for RubbingPile {
     const REFERENCE: &'static str = "Coulomb friction of a passive wedge on the rim; chosen form";
     const NEEDS_SOIL: &'static [&'static str] = &["cohesion", "friction_angle"];
     const TOUCHES: &'static [Touch] = &[Touch::Forces];
-    const BY_SLIP_AND_LOAD: bool = true;
+    const BESIDE_SLIP_AND_LOAD: Option<&'static [Circumstance]> = Some(&[]);
 
     fn after<T: Real>(
         &self,

@@ -24,6 +24,7 @@ impl Effect for FirstOrder {
     const EQUATION: &'static str = "e dv_reported/dt = v - v_reported";
     const REFERENCE: &'static str = "K. J. Åström, R. M. Murray, Feedback Systems, 2008, section 6 (response of a system of first order); chosen prior";
     const TOUCHES: &'static [Touch] = &[Touch::Sensor];
+    const CHANNELS: &'static [Channel] = &[Channel::GroundSpeed];
     const LATE: Late = Late::Following;
 
     fn report<T: Real>(&self, e: &[T], channel: Channel, truth: T, rate: T) -> T {

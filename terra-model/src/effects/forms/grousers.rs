@@ -1,7 +1,7 @@
 //! Other forms of grousers: shear on the sides of the block between the lugs, a lug that pushes soil.
 
 use crate::contact::{Contact, Hook};
-use crate::effect::{Effect, Touch};
+use crate::effect::{Circumstance, Effect, Touch};
 use crate::effects::Grousers;
 use crate::forces::WheelForces;
 use crate::model::Soil;
@@ -28,7 +28,7 @@ impl Effect for SideWalls {
     const REFERENCE: &'static str = "M. G. Bekker, Off-the-Road Locomotion, 1960, as in Wong, Theory of Ground Vehicles: thrust of grousers on a track";
     const NEEDS: &'static [Hook] = &[Hook::Cohesion, Hook::Friction];
     const TOUCHES: &'static [Touch] = &[Touch::Contact];
-    const BY_SLIP_AND_LOAD: bool = true;
+    const BESIDE_SLIP_AND_LOAD: Option<&'static [Circumstance]> = Some(&[]);
 
     fn before<T: Real>(&self, e: &[T], _soil: &Soil<T>, at: &mut Contact<T>) {
         let ratio = e[0] / at.width;
@@ -60,7 +60,7 @@ impl Effect for PassiveLug {
     const REFERENCE: &'static str = "Rankine passive pressure on a lug, as M. G. Bekker, 1969 (recalled); one lug at work, its surcharge and its mobilisation with slip are chosen";
     const NEEDS_SOIL: &'static [&'static str] = &["cohesion", "friction_angle"];
     const TOUCHES: &'static [Touch] = &[Touch::Forces];
-    const BY_SLIP_AND_LOAD: bool = true;
+    const BESIDE_SLIP_AND_LOAD: Option<&'static [Circumstance]> = Some(&[]);
 
     fn after<T: Real>(
         &self,

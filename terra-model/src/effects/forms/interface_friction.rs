@@ -1,7 +1,7 @@
 //! Other forms of interface friction: adhesion lost, friction lost. The default loses both alike.
 
 use crate::contact::{Contact, Hook};
-use crate::effect::{Effect, Touch};
+use crate::effect::{Circumstance, Effect, Touch};
 use crate::effects::InterfaceFriction;
 use crate::model::Soil;
 use crate::param::Param;
@@ -32,7 +32,7 @@ impl Effect for Adhesion {
         "J. G. Potyondy, Géotechnique 11(4):339-353, 1961: f_c = c_a/c; chosen prior";
     const NEEDS: &'static [Hook] = &[Hook::Cohesion];
     const TOUCHES: &'static [Touch] = &[Touch::Contact];
-    const BY_SLIP_AND_LOAD: bool = true;
+    const BESIDE_SLIP_AND_LOAD: Option<&'static [Circumstance]> = Some(&[]);
 
     fn before<T: Real>(&self, e: &[T], _soil: &Soil<T>, at: &mut Contact<T>) {
         at.hooks.cohesion *= T::one() - e[0];
@@ -65,7 +65,7 @@ impl Effect for SkinAngle {
     const NEEDS: &'static [Hook] = &[Hook::Friction];
     const NEEDS_SOIL: &'static [&'static str] = &["friction_angle"];
     const TOUCHES: &'static [Touch] = &[Touch::Contact];
-    const BY_SLIP_AND_LOAD: bool = true;
+    const BESIDE_SLIP_AND_LOAD: Option<&'static [Circumstance]> = Some(&[]);
 
     fn before<T: Real>(&self, e: &[T], soil: &Soil<T>, at: &mut Contact<T>) {
         let Some(phi) = soil.friction_angle else {

@@ -2,7 +2,7 @@
 
 use super::bekker_sinkage;
 use crate::contact::{Contact, Hook};
-use crate::effect::{Effect, Touch};
+use crate::effect::{Circumstance, Effect, Touch};
 use crate::effects::LayeredSoil;
 use crate::effects::layered_soil::add_layer;
 use crate::model::Soil;
@@ -31,7 +31,7 @@ impl Effect for ShallowLayer {
     const NEEDS: &'static [Hook] = &[Hook::Layer];
     const NEEDS_SOIL: &'static [&'static str] = &["stiffness", "sinkage_exponent"];
     const TOUCHES: &'static [Touch] = &[Touch::Contact];
-    const BY_SLIP_AND_LOAD: bool = true;
+    const BESIDE_SLIP_AND_LOAD: Option<&'static [Circumstance]> = Some(&[]);
 
     fn before<T: Real>(&self, e: &[T], soil: &Soil<T>, at: &mut Contact<T>) {
         add_layer(e[0], soil, at, 0.01);
@@ -63,7 +63,7 @@ impl Effect for PressureBulb {
     const NEEDS: &'static [Hook] = &[Hook::Stiffness];
     const NEEDS_SOIL: &'static [&'static str] = &["stiffness", "sinkage_exponent"];
     const TOUCHES: &'static [Touch] = &[Touch::Contact];
-    const BY_SLIP_AND_LOAD: bool = true;
+    const BESIDE_SLIP_AND_LOAD: Option<&'static [Circumstance]> = Some(&[]);
 
     fn before<T: Real>(&self, e: &[T], soil: &Soil<T>, at: &mut Contact<T>) {
         let Some(z) = bekker_sinkage(soil, at) else {

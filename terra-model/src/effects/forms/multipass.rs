@@ -35,6 +35,8 @@ impl Effect for Rut {
     const NEEDS_SOIL: &'static [&'static str] = &["stiffness", "sinkage_exponent"];
     const TOUCHES: &'static [Touch] = &[Touch::Forces];
     const READS: &'static [Circumstance] = &[Circumstance::EarlierPasses];
+    const BESIDE_SLIP_AND_LOAD: Option<&'static [Circumstance]> =
+        Some(&[Circumstance::EarlierPasses]);
 
     fn after<T: Real>(
         &self,
@@ -78,6 +80,8 @@ impl Effect for PackedStrength {
     const NEEDS: &'static [Hook] = &[Hook::Cohesion, Hook::Friction, Hook::ShearModulus];
     const TOUCHES: &'static [Touch] = &[Touch::Contact];
     const READS: &'static [Circumstance] = &[Circumstance::EarlierPasses];
+    const BESIDE_SLIP_AND_LOAD: Option<&'static [Circumstance]> =
+        Some(&[Circumstance::EarlierPasses]);
 
     fn before<T: Real>(&self, e: &[T], _soil: &Soil<T>, at: &mut Contact<T>) {
         let gain = e[0] * -(-at.earlier_passes).exp_m1();

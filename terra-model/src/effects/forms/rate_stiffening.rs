@@ -1,7 +1,7 @@
 //! Other forms of rate-stiffening: by the speed of the rim, by the strength in shear.
 
 use crate::contact::{Contact, Hook};
-use crate::effect::{Effect, Touch};
+use crate::effect::{Circumstance, Effect, Touch};
 use crate::effects::RateStiffening;
 use crate::model::Soil;
 use crate::param::{EITHER_SIGN, Param};
@@ -32,6 +32,7 @@ impl Effect for RimSpeed {
     const REFERENCE: &'static str = "W. Grahn, J. Terramechanics 28(4), 1991: p = k z^n (dz/dt)^m; the rim sinks with R ω sin θ";
     const NEEDS: &'static [Hook] = &[Hook::Stiffness];
     const TOUCHES: &'static [Touch] = &[Touch::Contact];
+    const BESIDE_SLIP_AND_LOAD: Option<&'static [Circumstance]> = Some(&[Circumstance::Speed]);
 
     fn before<T: Real>(&self, e: &[T], _soil: &Soil<T>, at: &mut Contact<T>) {
         let rim = (at.wheel_speed * at.radius).abs();
@@ -65,6 +66,7 @@ impl Effect for ShearRate {
     const REFERENCE: &'static str = "power law of shear strength on rate (clays: a few percent a decade), as R. N. Yong, E. A. Fattah, N. Skiadas, Vehicle Traction Mechanics, 1984 (recalled)";
     const NEEDS: &'static [Hook] = &[Hook::Cohesion, Hook::Friction];
     const TOUCHES: &'static [Touch] = &[Touch::Contact];
+    const BESIDE_SLIP_AND_LOAD: Option<&'static [Circumstance]> = Some(&[Circumstance::Speed]);
 
     fn before<T: Real>(&self, e: &[T], _soil: &Soil<T>, at: &mut Contact<T>) {
         let slide = (at.wheel_speed * at.radius - at.speed).abs();

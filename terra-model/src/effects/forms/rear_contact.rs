@@ -2,7 +2,7 @@
 
 use super::{REFERENCE_DEPTH, bekker_sinkage, compaction_work};
 use crate::contact::{Contact, Hook};
-use crate::effect::{Effect, Touch};
+use crate::effect::{Circumstance, Effect, Touch};
 use crate::effects::RearContact;
 use crate::forces::WheelForces;
 use crate::model::Soil;
@@ -36,7 +36,7 @@ impl Effect for ElasticUnloading {
     const NEEDS: &'static [Hook] = &[Hook::ExitRatio];
     const NEEDS_SOIL: &'static [&'static str] = &["stiffness", "sinkage_exponent"];
     const TOUCHES: &'static [Touch] = &[Touch::Contact];
-    const BY_SLIP_AND_LOAD: bool = true;
+    const BESIDE_SLIP_AND_LOAD: Option<&'static [Circumstance]> = Some(&[]);
 
     fn before<T: Real>(&self, e: &[T], soil: &Soil<T>, at: &mut Contact<T>) {
         let (Some(z), Some(n)) = (bekker_sinkage(soil, at), soil.sinkage_exponent) else {
@@ -72,7 +72,7 @@ impl Effect for EnergyReturn {
     const REFERENCE: &'static str = "energy balance of an elastic part e of the compaction work, as J. Y. Wong, Theory of Ground Vehicles; chosen form";
     const NEEDS_SOIL: &'static [&'static str] = &["stiffness", "sinkage_exponent"];
     const TOUCHES: &'static [Touch] = &[Touch::Forces];
-    const BY_SLIP_AND_LOAD: bool = true;
+    const BESIDE_SLIP_AND_LOAD: Option<&'static [Circumstance]> = Some(&[]);
 
     fn after<T: Real>(
         &self,

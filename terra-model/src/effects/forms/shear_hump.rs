@@ -2,7 +2,7 @@
 
 use super::bekker_sinkage;
 use crate::contact::{Contact, Hook};
-use crate::effect::{Effect, Touch};
+use crate::effect::{Circumstance, Effect, Touch};
 use crate::effects::ShearHump;
 use crate::model::Soil;
 use crate::param::Param;
@@ -34,7 +34,7 @@ impl Effect for PeakStrength {
     const NEEDS: &'static [Hook] = &[Hook::Cohesion, Hook::Friction];
     const NEEDS_SOIL: &'static [&'static str] = &["stiffness", "sinkage_exponent", "shear_modulus"];
     const TOUCHES: &'static [Touch] = &[Touch::Contact];
-    const BY_SLIP_AND_LOAD: bool = true;
+    const BESIDE_SLIP_AND_LOAD: Option<&'static [Circumstance]> = Some(&[]);
 
     fn before<T: Real>(&self, e: &[T], soil: &Soil<T>, at: &mut Contact<T>) {
         let (Some(z), Some(k)) = (bekker_sinkage(soil, at), soil.shear_modulus) else {

@@ -1,7 +1,7 @@
 //! Other forms of slip-sinkage: soil dug away under the wheel, sinkage that grows in proportion.
 
 use crate::contact::Contact;
-use crate::effect::{Effect, Touch};
+use crate::effect::{Circumstance, Effect, Touch};
 use crate::effects::SlipSinkage;
 use crate::forces::WheelForces;
 use crate::model::Soil;
@@ -33,7 +33,7 @@ impl Effect for Excavation {
     const REFERENCE: &'static str = "A. R. Reece, Proc. Inst. Mech. Eng. 180(2):45-66, 1965: slip sinkage of lugs h i/(1 - i); the resistance is Bekker's, 1969";
     const NEEDS_SOIL: &'static [&'static str] = &["stiffness", "sinkage_exponent"];
     const TOUCHES: &'static [Touch] = &[Touch::Forces];
-    const BY_SLIP_AND_LOAD: bool = true;
+    const BESIDE_SLIP_AND_LOAD: Option<&'static [Circumstance]> = Some(&[]);
 
     fn after<T: Real>(
         &self,
@@ -72,7 +72,7 @@ impl Effect for Proportional {
     const REFERENCE: &'static str = "M. Lyasko, J. Terramechanics 47(1):21-31, 2010 (recalled): (1 + i)/(1 - .5 i); the resistance is Bekker's, 1969";
     const NEEDS_SOIL: &'static [&'static str] = &["stiffness", "sinkage_exponent"];
     const TOUCHES: &'static [Touch] = &[Touch::Forces];
-    const BY_SLIP_AND_LOAD: bool = true;
+    const BESIDE_SLIP_AND_LOAD: Option<&'static [Circumstance]> = Some(&[]);
 
     fn after<T: Real>(
         &self,

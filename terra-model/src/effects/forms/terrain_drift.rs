@@ -34,6 +34,7 @@ impl Effect for StrengthDrift {
     const NEEDS: &'static [Hook] = &[Hook::Cohesion, Hook::Friction];
     const TOUCHES: &'static [Touch] = &[Touch::Contact];
     const READS: &'static [Circumstance] = &[Circumstance::Path];
+    const BESIDE_SLIP_AND_LOAD: Option<&'static [Circumstance]> = Some(&[Circumstance::Path]);
 
     fn before<T: Real>(&self, e: &[T], _soil: &Soil<T>, at: &mut Contact<T>) {
         at.hooks.cohesion *= (e[0] * at.path / 8.0).exp();
@@ -67,6 +68,7 @@ impl Effect for Undulating {
     const NEEDS: &'static [Hook] = &[Hook::Stiffness, Hook::Cohesion];
     const TOUCHES: &'static [Touch] = &[Touch::Contact];
     const READS: &'static [Circumstance] = &[Circumstance::Path];
+    const BESIDE_SLIP_AND_LOAD: Option<&'static [Circumstance]> = Some(&[Circumstance::Path]);
 
     fn before<T: Real>(&self, e: &[T], _soil: &Soil<T>, at: &mut Contact<T>) {
         let (wave, _) = (at.path * (std::f64::consts::TAU / 8.0)).sin_cos();

@@ -29,6 +29,7 @@ impl Effect for Hyperbola {
     const REFERENCE: &'static str =
         "hyperbolic magnetisation curve of a saturating motor; chosen form";
     const TOUCHES: &'static [Touch] = &[Touch::Sensor];
+    const CHANNELS: &'static [Channel] = &[Channel::WheelTorque];
 
     fn report<T: Real>(&self, e: &[T], channel: Channel, truth: T, _rate: T) -> T {
         if channel != Channel::WheelTorque {
@@ -64,6 +65,7 @@ impl Effect for Knee {
         "T_reported = T_true (1 + e x²/(1 + x)), x = (|T| - 10 N m)/50 N m above the knee, 0 below";
     const REFERENCE: &'static str = "knee of the magnetisation curve of a motor; chosen form";
     const TOUCHES: &'static [Touch] = &[Touch::Sensor];
+    const CHANNELS: &'static [Channel] = &[Channel::WheelTorque];
 
     fn report<T: Real>(&self, e: &[T], channel: Channel, truth: T, _rate: T) -> T {
         if channel != Channel::WheelTorque {

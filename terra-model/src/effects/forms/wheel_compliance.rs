@@ -2,7 +2,7 @@
 
 use super::{REFERENCE_DEPTH, bekker_sinkage};
 use crate::contact::{Contact, Hook};
-use crate::effect::{Effect, Touch};
+use crate::effect::{Circumstance, Effect, Touch};
 use crate::effects::WheelCompliance;
 use crate::model::Soil;
 use crate::param::Param;
@@ -46,7 +46,7 @@ impl Effect for SubstituteCircle {
     const NEEDS: &'static [Hook] = &[Hook::ContactRadius];
     const NEEDS_SOIL: &'static [&'static str] = &["stiffness", "sinkage_exponent"];
     const TOUCHES: &'static [Touch] = &[Touch::Contact];
-    const BY_SLIP_AND_LOAD: bool = true;
+    const BESIDE_SLIP_AND_LOAD: Option<&'static [Circumstance]> = Some(&[]);
 
     fn before<T: Real>(&self, e: &[T], soil: &Soil<T>, at: &mut Contact<T>) {
         let Some(z) = bekker_sinkage(soil, at) else {
@@ -83,7 +83,7 @@ impl Effect for LinearSpring {
     const NEEDS: &'static [Hook] = &[Hook::ContactRadius];
     const NEEDS_SOIL: &'static [&'static str] = &["stiffness", "sinkage_exponent"];
     const TOUCHES: &'static [Touch] = &[Touch::Contact];
-    const BY_SLIP_AND_LOAD: bool = true;
+    const BESIDE_SLIP_AND_LOAD: Option<&'static [Circumstance]> = Some(&[]);
 
     fn before<T: Real>(&self, e: &[T], soil: &Soil<T>, at: &mut Contact<T>) {
         let Some(z) = bekker_sinkage(soil, at) else {
