@@ -497,7 +497,9 @@ mod tests {
             let none = Memory::none();
             let last = Last::of(&none, p.iter().copied());
             let lanes: Vec<Lanes> = p.iter().map(|&v| Lanes::from(v)).collect();
-            let surfaces = Surfaces::of(&predictor, &law, &lanes, &indices, &last);
+            let frame = predictor.frame(&law, &indices);
+            let surfaces =
+                Surfaces::of(&predictor, &law, &lanes, &indices, frame.as_deref(), &last);
             assert_eq!(surfaces.any(), law.is_by_slip_and_load());
             let within = if surfaces.any() { 1e-5 } else { 1e-7 };
             for (&i, found) in indices.iter().zip(&abreast) {

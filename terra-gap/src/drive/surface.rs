@@ -18,12 +18,15 @@ use super::{DrivePredictor, Entries, Given, Ground, NODES, OnWheel};
 use crate::abreast::in_groups;
 use crate::error::GapError;
 
-/// Nodes in slip and in load: of driven wheels, and of braked ones.
-const SIZES: [(usize, usize); 2] = [(10, 4), (8, 4)];
+/// Nodes in slip of driven and of braked wheels: where so many are not enough, the next number. The force of a braked wheel has a
+/// weak bend where all of its contact slides forwards.
+const SLIPS: [&[usize]; 2] = [&[10, 16], &[8, 12, 16, 24]];
+/// Nodes in load.
+const LOADS: usize = 4;
 /// Nodes in what is beside them, and most of them where it has no other values.
 const BESIDE: (usize, usize) = (5, 3);
 /// Most nodes on a side, and eight contacts between them.
-const MOST: usize = 208;
+const MOST: usize = 24 * LOADS * BESIDE.0 + 8;
 /// Contacts for each node from which a surface is worth its nodes.
 const WORTH: usize = 2;
 /// Largest error, as a share of the load and of load times radius, of driven wheels and of braked ones: a thirtieth at most of what
@@ -32,13 +35,12 @@ const WITHIN: [f64; 2] = [2e-5, 5e-5];
 /// Least width of a surface in slip, in the logarithm of load, and in what is beside them.
 const NARROW: f64 = 1e-3;
 
-/// What tells nodes from others: from where to where they lie in slip, load and what is beside them, and how many there are.
-type Extent = [f64; 7];
-const EXTENT: usize = 7;
-/// That of none.
-const NOWHERE: Extent = [0.0; EXTENT];
-/// What stands for it where a surface was not as good as the law: it is not tried again.
-const FAILED: Extent = [-1.0; EXTENT];
+/// What tells nodes from others: from where to where they lie in slip, load and what is beside them, and how many there are; then
+/// which of the numbers of nodes in slip was enough, or that none was: it is not tried again.
+type Extent = [f64; 8];
+const EXTENT: usize = 8;
+/// Place of the last.
+const RUNG: usize = EXTENT - 1;
 
 /// Places in a memory: those of entry angles at nodes and of their extent, on both sides, behind those of the contacts of so many
 /// windows.
@@ -73,10 +75,18 @@ impl Place {
     }
 }
 
+/// Contacts on one side of zero slip.
+#[derive(Clone, Copy, Debug)]
+struct Side {
+    range: MapRange,
+    beside: Option<Beside>,
+    count: usize,
+}
+
 /// What surfaces have to stand for: all contacts of one wheel on either side of zero slip.
 #[derive(Clone, Debug)]
 pub(super) struct Covers {
-    nodes: [Option<SurfaceNodes>; 2],
+    sides: [Option<Side>; 2],
     wheel: [f64; 2],
     beside: Option<Circumstance>,
 }
@@ -107,7 +117,23 @@ impl Covers {
         }
     }
 
-    /// None where wheels differ, or a contact has no numbers. A side has nodes where they are fewer than its contacts by far.
+    /// Nodes on a side, few and then more, as long as they are fewer than its contacts by far.
+    fn nodes(&self, side: usize) -> impl Iterator<Item = (usize, SurfaceNodes)> {
+        let covered = self.sides[side];
+        let of = move |&slips: &usize| {
+            let Side {
+                range,
+                beside,
+                count,
+            } = covered?;
+            let nodes = SurfaceNodes::new(range, slips, LOADS);
+            let nodes = beside.map_or(nodes, |beside| nodes.beside(beside));
+            (count >= WORTH * nodes.len()).then_some(nodes)
+        };
+        SLIPS[side].iter().map_while(of).enumerate()
+    }
+
+    /// None where wheels differ, or a contact has no numbers.
     pub(super) fn of(contacts: &[Place], beside: Option<Circumstance>) -> Option<Self> {
         let wheel = contacts.first()?.wheel;
         let alike = |c: &Place| {
@@ -116,18 +142,21 @@ impl Covers {
         let side = |side: usize| {
             let here = |c: &&Place| (c.slip < 0.0) == (side == 1);
             let here: Vec<&Place> = contacts.iter().filter(here).collect();
-            let (slips, loads) = SIZES[side];
             if here.is_empty() {
                 return None;
             }
-            let mut nodes = SurfaceNodes::new(covering(&here), slips, loads);
-            if let Some(circumstance) = beside {
-                nodes = nodes.beside(beside_them(&here, circumstance)?);
-            }
-            (here.len() >= WORTH * nodes.len()).then_some(nodes)
+            let beside = match beside {
+                Some(circumstance) => Some(beside_them(&here, circumstance)?),
+                None => None,
+            };
+            Some(Side {
+                range: covering(&here),
+                beside,
+                count: here.len(),
+            })
         };
         contacts.iter().all(alike).then(|| Covers {
-            nodes: [side(0), side(1)],
+            sides: [side(0), side(1)],
             wheel,
             beside,
         })
@@ -150,9 +179,7 @@ impl<T> Surfaces<T> {
 
     /// Whether there was one at the last evaluation.
     pub(super) fn stood_before(&self) -> bool {
-        self.before
-            .iter()
-            .any(|before| ![NOWHERE, FAILED].contains(before))
+        self.before.iter().any(|before| before[3] > 0.0)
     }
 }
 
@@ -180,26 +207,30 @@ impl<T: Abreast> Surfaces<T> {
         let pitch = predictor.windows[indices[0]].pitch;
         let vehicle = altered(&predictor.vehicle, law, p, T::from(pitch));
         for (side, before) in before.into_iter().enumerate() {
-            let mut extent = if before == FAILED { FAILED } else { NOWHERE };
-            if let Some(covers) = covers.as_deref().filter(|_| before != FAILED)
-                && let Some(nodes) = covers.nodes[side]
-            {
+            let mut extent = [0.0; EXTENT];
+            extent[RUNG] = before[RUNG];
+            if let Some(covers) = covers.as_deref() {
                 out.beside = covers.beside;
-                extent = extent_of(&nodes);
-                let sought = Sought {
-                    windows,
-                    law,
-                    p,
-                    vehicle: &vehicle,
-                    covers,
-                    last,
-                    known: last.here && before == extent,
-                    side,
-                    nodes,
-                };
-                out.sides[side] = sought.surface();
-                if out.sides[side].is_none() {
-                    extent = FAILED;
+                for (rung, nodes) in covers.nodes(side).skip(before[RUNG] as usize) {
+                    extent[RUNG] = rung as f64;
+                    let here = extent_of(&nodes, rung);
+                    let sought = Sought {
+                        windows,
+                        law,
+                        p,
+                        vehicle: &vehicle,
+                        covers,
+                        last,
+                        known: last.here && before == here,
+                        side,
+                        nodes,
+                    };
+                    out.sides[side] = sought.surface();
+                    if out.sides[side].is_some() {
+                        extent = here;
+                        break;
+                    }
+                    extent[RUNG] += 1.0;
                 }
             }
             for (k, end) in extent.into_iter().enumerate() {
@@ -423,9 +454,10 @@ fn ends_of(contacts: &[&Place], of: impl Fn(&Place) -> f64) -> (f64, f64) {
     )
 }
 
-fn extent_of(nodes: &SurfaceNodes) -> Extent {
+fn extent_of(nodes: &SurfaceNodes, rung: usize) -> Extent {
     let MapRange { slip, normal_load } = nodes.range();
     let (low, high) = nodes.range_beside().unwrap_or_default();
-    let all = nodes.len() as f64;
-    [slip.0, slip.1, normal_load.0, normal_load.1, low, high, all]
+    let (count, rung) = (nodes.len() as f64, rung as f64);
+    let (from, to) = normal_load;
+    [slip.0, slip.1, from, to, low, high, count, rung]
 }

@@ -15,7 +15,7 @@ use crate::maps::chebyshev::chebyshev;
 use crate::real::{Real, Root, is_plain};
 
 /// Most nodes in a direction.
-const MOST: usize = 12;
+const MOST: usize = 24;
 /// A share of the load that is nothing.
 const NOTHING: f64 = 1e-7;
 
@@ -24,7 +24,7 @@ const NOTHING: f64 = 1e-7;
 pub struct Beside {
     /// From where to where.
     pub range: (f64, f64),
-    /// How many nodes, the first and the last at its ends (2 to 12).
+    /// How many nodes, the first and the last at its ends (2 to 24).
     pub nodes: usize,
     /// Whether it has no other values than its nodes.
     pub discrete: bool,
@@ -72,7 +72,7 @@ pub struct SurfacePlace {
 }
 
 impl SurfaceNodes {
-    /// So many in slip and in load (2 to 12, their product a multiple of eight) over a range that is not empty; slips may be
+    /// So many in slip and in load (2 to 24, their product a multiple of eight) over a range that is not empty; slips may be
     /// negative.
     pub fn new(range: MapRange, slips: usize, loads: usize) -> Self {
         SurfaceNodes {
@@ -207,8 +207,9 @@ impl SurfaceNodes {
         factor: Lanes,
         mut take: impl FnMut(usize, Lanes),
     ) {
-        let (of_slip, of_load) = (polynomials(at.slip), polynomials(at.load));
-        let of_beside = polynomials(at.beside);
+        let of_slip = polynomials(at.slip, self.slips);
+        let of_load = polynomials(at.load, self.loads);
+        let of_beside = polynomials(at.beside, self.layers());
         let mut number = 0;
         for third in &of_beside[..self.layers()] {
             let factor = *third * factor;
@@ -291,13 +292,15 @@ impl<T: Abreast> ForceSurface<T> {
     /// D \[N\] and T \[N m\] at a slip \[1\] and a normal load \[N\] of a surface over these alone, with the slopes that coefficients,
     /// slip and load have. Only within the range of its nodes: beyond it the polynomial goes on, and means nothing.
     pub fn at(&self, slip: &T, load: &T) -> [T; 2] {
-        let (weight, loads) = (load.primal(), self.nodes.loads);
+        let SurfaceNodes { slips, loads, .. } = self.nodes;
+        let weight = load.primal();
         let place = self.nodes.place(&SurfaceContacts {
             slip: slip.primal(),
             load: weight,
             beside: Lanes::zero(),
         });
-        let (of_slip, of_load) = (polynomials(place.slip), polynomials(place.load));
+        let of_slip = polynomials(place.slip, slips);
+        let of_load = polynomials(place.load, loads);
         let moves = |x: &T| !is_plain::<T>() && x.varies();
         let by = |term: &Term<T>| of_slip[term.number / loads] * of_load[term.number % loads];
         let mut sums =
@@ -307,7 +310,7 @@ impl<T: Abreast> ForceSurface<T> {
             (
                 moves(slip),
                 slip,
-                slopes(place.slip, &of_slip),
+                slopes(place.slip, &of_slip[..slips]),
                 of_load,
                 Lanes::from(per_slip),
             ),
@@ -315,7 +318,7 @@ impl<T: Abreast> ForceSurface<T> {
                 moves(load),
                 load,
                 of_slip,
-                slopes(place.load, &of_load),
+                slopes(place.load, &of_load[..loads]),
                 Lanes::from(per_log) / weight,
             ),
         ] {
@@ -405,11 +408,11 @@ fn at_extremes(nodes: usize) -> Vec<Vec<f64>> {
     (0..nodes).map(of).collect()
 }
 
-/// T_0(x), T_1(x), ...
-fn polynomials(x: Lanes) -> [Lanes; MOST] {
+/// T_0(x), T_1(x), ... so many.
+fn polynomials(x: Lanes, count: usize) -> [Lanes; MOST] {
     let mut out = [Lanes::one(); MOST];
     let (mut before, mut now) = (x, Lanes::one());
-    for value in &mut out {
+    for value in &mut out[..count] {
         *value = now;
         (before, now) = (now, x * now * 2.0 - before);
     }
@@ -417,7 +420,7 @@ fn polynomials(x: Lanes) -> [Lanes; MOST] {
 }
 
 /// Their slopes.
-fn slopes(x: Lanes, polynomials: &[Lanes; MOST]) -> [Lanes; MOST] {
+fn slopes(x: Lanes, polynomials: &[Lanes]) -> [Lanes; MOST] {
     let mut out = [Lanes::zero(); MOST];
     let (mut before, mut now) = (Lanes::one(), Lanes::zero());
     for (slope, value) in out.iter_mut().zip(polynomials) {
@@ -438,6 +441,11 @@ mod tests {
     };
     const BRAKED: MapRange = MapRange {
         slip: (-0.06, 0.0),
+        normal_load: (180.0, 350.0),
+    };
+
+    const DEEPER: MapRange = MapRange {
+        slip: (-0.2, 0.0),
         normal_load: (180.0, 350.0),
     };
 
@@ -586,7 +594,8 @@ mod tests {
         let registry = Registry::builtin().with_forms();
         let plain = registry.law("wong-reece").unwrap();
         let soils = ["dry_sand", "upland_sandy_loam", "lean_clay_22"];
-        for (range, size) in [(RANGE, (10, 4)), (BRAKED, (8, 4))] {
+        let cases = [(RANGE, (10, 4)), (BRAKED, (8, 4)), (DEEPER, (16, 4))];
+        for (range, size) in cases {
             let (mut all, mut within) = (0, 0);
             for id in soils {
                 let soil = catalogue::find(id)
