@@ -438,6 +438,8 @@ mod tests {
         let (data, predictor) = all_windows(&log, &rover).unwrap();
         let indices: Vec<usize> = data.observations.iter().map(|o| o.index).collect();
         assert!(indices.len() > 40, "{:?}", data.dropped);
+        // Surfaces over three quantities are worth their nodes in a longer log.
+        let indices = indices.repeat(6);
         let registry = Registry::builtin();
         let soil = [0.99e3, 1.528e6, 1.1, 1040.0, 0.49, 0.025, 0.18, 0.32];
         let sideways = [
@@ -450,6 +452,13 @@ mod tests {
         for (model, effects, magnitudes) in [
             ("wong-reece", &sideways[..0], vec![]),
             ("wong-reece", &smooth[..], vec![0.2, 0.1, 0.1]),
+            ("wong-reece", &["multipass"], vec![0.8]),
+            ("wong-reece", &["lateral-contrast"], vec![0.5]),
+            (
+                "wong-reece",
+                &["terrain-drift", "accel-bias"],
+                vec![0.4, 0.1],
+            ),
             ("wong-reece", &sideways[..], vec![0.5, 0.8, 3.0, 0.1]),
             ("linear-stress", &sideways[1..], vec![0.8, 3.0, 0.1]),
         ] {
@@ -460,7 +469,15 @@ mod tests {
             let abreast = predictor
                 .residuals(&law, &p, &indices, &Memory::none())
                 .unwrap();
-            // What a fit remembers from nearby changes nothing but the last digits.
+            // What a fit remembers from nearby changes nothing but the last digits, and which surface was good enough there: each is
+            // as near to the law as the other.
+            let beside = law.beside_slip_and_load();
+            let on_surface = beside.is_some_and(|beside| beside.len() < 2);
+            let (same, alike) = if on_surface {
+                (3e-4, 1e-3)
+            } else {
+                (1e-6, 1e-5)
+            };
             let memory = Memory::of(predictor.contacts());
             let nearby: Vec<f64> = p.iter().map(|v| 1.02 * v).collect();
             for at in [&nearby, &p, &p] {
@@ -468,7 +485,7 @@ mod tests {
                 let anew = predictor.residuals(&law, at, &indices, &Memory::none());
                 let both = again.concat().into_iter().zip(anew.unwrap().concat());
                 for (a, b) in both {
-                    assert!((a - b).abs() < 1e-6 * (1.0 + b.abs()), "{model}: {a} {b}");
+                    assert!((a - b).abs() < same * (1.0 + b.abs()), "{model}: {a} {b}");
                 }
             }
             // Nor does it to slopes, at these very parameters and a little elsewhere.
@@ -486,22 +503,23 @@ mod tests {
                 let largest: Vec<f64> = (0..8).map(largest).collect();
                 for (a, b) in near.iter().zip(&anew) {
                     let value = (a.value - b.value).abs();
-                    assert!(value < 1e-6 * (1.0 + b.value.abs()), "{model}");
+                    assert!(value < same * (1.0 + b.value.abs()), "{model}");
                     for (k, largest) in largest.iter().enumerate() {
                         let (a, b) = (a.slopes[k], b.slopes[k]);
-                        assert!((a - b).abs() < 1e-5 * largest, "{model} {k}: {a} {b}");
+                        assert!((a - b).abs() < alike * largest, "{model} {k}: {a} {b}");
                     }
                 }
             }
-            // Where a surface stands for the wheels, what it says is theirs, to a thousandth of what a torque is known to.
+            // Where a surface stands for the wheels, what it says is theirs: 5e-5 of the load at four wheels is at most .0015 of a
+            // yaw acceleration, which is known to .03.
             let none = Memory::none();
             let last = Last::of(&none, p.iter().copied());
             let lanes: Vec<Lanes> = p.iter().map(|&v| Lanes::from(v)).collect();
             let frame = predictor.frame(&law, &indices);
             let surfaces =
                 Surfaces::of(&predictor, &law, &lanes, &indices, frame.as_deref(), &last);
-            assert_eq!(surfaces.any(), law.is_by_slip_and_load());
-            let within = if surfaces.any() { 1e-5 } else { 1e-7 };
+            assert_eq!(surfaces.any(), on_surface, "{law:?}");
+            let within = if surfaces.any() { 3e-4 } else { 1e-7 };
             for (&i, found) in indices.iter().zip(&abreast) {
                 let alone = predictor.residual(&law, &p, i, &predictor.raw(i)).unwrap();
                 for (a, b) in found.iter().zip(&alone) {

@@ -299,11 +299,13 @@ impl<T: Abreast> Surfaces<T> {
                     load: stance.load[q],
                     beside,
                 });
-                nodes.each_product(&place, factor, |k, product| {
-                    one_wheel[k] = product;
-                    along[k] += product;
-                    turning[k] = product.mul_add(arm, turning[k]);
-                });
+                nodes.products(&place, factor, &mut one_wheel);
+                for (sum, product) in along.iter_mut().zip(&one_wheel) {
+                    *sum += *product;
+                }
+                for (sum, product) in turning.iter_mut().zip(&one_wheel) {
+                    *sum = product.mul_add(arm, *sum);
+                }
                 ground.torque[q] += surface.torque(&one_wheel);
             }
             ground.force += surface.pull(&along);

@@ -200,24 +200,18 @@ impl SurfaceNodes {
         }
     }
 
-    /// Products of the polynomials at a place times a factor, in the order of nodes, each with its number.
-    pub fn each_product(
-        &self,
-        at: &SurfacePlace,
-        factor: Lanes,
-        mut take: impl FnMut(usize, Lanes),
-    ) {
+    /// Products of the polynomials at a place times a factor, in the order of nodes, into as many numbers as there are nodes.
+    pub fn products(&self, at: &SurfacePlace, factor: Lanes, out: &mut [Lanes]) {
         let of_slip = polynomials(at.slip, self.slips);
         let of_load = polynomials(at.load, self.loads);
         let of_beside = polynomials(at.beside, self.layers());
-        let mut number = 0;
-        for third in &of_beside[..self.layers()] {
-            let factor = *third * factor;
-            for slip in &of_slip[..self.slips] {
-                let factor = *slip * factor;
-                for load in &of_load[..self.loads] {
-                    take(number, *load * factor);
-                    number += 1;
+        let layers = out.chunks_exact_mut(self.layer()).zip(&of_beside);
+        for (layer, of_beside) in layers {
+            let factor = *of_beside * factor;
+            for (row, of_slip) in layer.chunks_exact_mut(self.loads).zip(&of_slip) {
+                let factor = *of_slip * factor;
+                for (product, of_load) in row.iter_mut().zip(&of_load) {
+                    *product = *of_load * factor;
                 }
             }
         }
@@ -260,8 +254,7 @@ impl<T: Abreast> ForceSurface<T> {
         let at = self.nodes.between();
         let place = self.nodes.place(&at);
         let mut products = vec![Lanes::zero(); self.nodes.len()];
-        self.nodes
-            .each_product(&place, at.load, |k, product| products[k] = product);
+        self.nodes.products(&place, at.load, &mut products);
         let found = [self.pull(&products), self.torque(&products)];
         let share = |k: usize, arm: f64| ((found[k].primal() - forces[k]) / (at.load * arm)).abs();
         let (pull, torque) = (share(0, 1.0), share(1, arm));
@@ -277,7 +270,7 @@ impl<T: Abreast> ForceSurface<T> {
         self.nodes
     }
 
-    /// Sum of D \[N\] over contacts, out of their [products](SurfaceNodes::each_product) times load \[N\].
+    /// Sum of D \[N\] over contacts, out of their [products](SurfaceNodes::products) times load \[N\].
     pub fn pull(&self, products: &[Lanes]) -> T {
         let each = self.terms[0].iter();
         T::dot(each.map(|term| (&term.of, products[term.number])))
@@ -517,9 +510,7 @@ mod tests {
     fn given(surface: &ForceSurface<Lanes>, at: &SurfaceContacts) -> [Lanes; 2] {
         let nodes = surface.nodes();
         let mut products = vec![Lanes::zero(); nodes.len()];
-        nodes.each_product(&nodes.place(at), at.load, |k, product| {
-            products[k] = product
-        });
+        nodes.products(&nodes.place(at), at.load, &mut products);
         [surface.pull(&products), surface.torque(&products)]
     }
 
