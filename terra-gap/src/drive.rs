@@ -241,9 +241,9 @@ impl DrivePredictor {
         let mut ground = Ground::none();
         let half_track = stance.vehicle.track * 0.5;
         let mut pull = [T::zero(); 4];
-        for q in 0..4 {
+        for (q, pull) in pull.iter_mut().enumerate() {
             let forces = on_wheel(q)?;
-            pull[q] = stance.direction[q].times(&forces.pull);
+            *pull = stance.direction[q].times(&forces.pull);
             if let Some(aside) = forces.aside {
                 ground.moment += stance.ahead(q).times(&aside);
             }

@@ -25,8 +25,8 @@ const SLIPS: [&[usize]; 2] = [&[10, 16], &[8, 12, 16, 24]];
 const LOADS: usize = 4;
 /// Nodes in what is beside them, and most of them where it has no other values.
 const BESIDE: (usize, usize) = (5, 3);
-/// Most nodes on a side, and eight contacts between them.
-const MOST: usize = 24 * LOADS * BESIDE.0 + 8;
+/// Most nodes on a side, and contacts between them.
+const MOST: usize = 24 * (LOADS * BESIDE.0 + 1);
 /// Contacts for each node from which a surface is worth its nodes.
 const WORTH: usize = 2;
 /// Largest error, as a share of the load and of load times radius, of driven wheels and of braked ones: a thirtieth at most of what
@@ -282,7 +282,7 @@ impl<T: Abreast> Surfaces<T> {
             let none = || vec![zero; nodes.len()];
             let (mut along, mut turning, mut one_wheel) = (none(), none(), none());
             for (q, here) in here.into_iter().enumerate() {
-                if !(here.max_lane() > 0.0) {
+                if here.max_lane() == 0.0 {
                     continue;
                 }
                 let factor = stance.direction[q] * here * stance.load[q];
@@ -339,7 +339,9 @@ impl<T: Abreast> Sought<'_, T> {
         let surface = ForceSurface::through(nodes, &forces?, covers.wheel[0]);
         let still: Vec<Lanes> = self.p.iter().map(|p| p.primal()).collect();
         let wheel = covers.wheel.map(Lanes::from);
-        let between = self.forces(&still, wheel, nodes.groups(), &nodes.between())?;
+        let between = nodes.between().enumerate();
+        let between = between.map(|(k, at)| self.forces(&still, wheel, nodes.groups() + k, &at));
+        let between: Vec<[Lanes; 2]> = between.collect::<Option<_>>()?;
         (surface.error(&between, covers.wheel[0]) <= WITHIN[self.side]).then_some(surface)
     }
 
