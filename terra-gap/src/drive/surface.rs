@@ -203,8 +203,11 @@ impl<T: Abreast> Surfaces<T> {
             beside: None,
             before,
         };
+        let Some(&first) = indices.first() else {
+            return out;
+        };
         let covers = Covers::under(predictor, law, p, indices, frame);
-        let pitch = predictor.windows[indices[0]].pitch;
+        let pitch = predictor.windows[first].pitch;
         let vehicle = altered(&predictor.vehicle, law, p, T::from(pitch));
         for (side, before) in before.into_iter().enumerate() {
             let mut extent = [0.0; EXTENT];
@@ -225,8 +228,12 @@ impl<T: Abreast> Surfaces<T> {
                         side,
                         nodes,
                     };
-                    out.sides[side] = sought.surface();
-                    if out.sides[side].is_some() {
+                    // Where the law has no answer, more nodes have none either.
+                    let Some((surface, error)) = sought.surface() else {
+                        break;
+                    };
+                    if error <= WITHIN[side] {
+                        out.sides[side] = Some(surface);
                         extent = here;
                         break;
                     }
@@ -330,8 +337,8 @@ struct Sought<'a, T> {
 }
 
 impl<T: Abreast> Sought<'_, T> {
-    /// None where the law has no answer somewhere, or another one between the nodes.
-    fn surface(&self) -> Option<ForceSurface<T>> {
+    /// Together with how far it is from the law between the nodes; none where that has no answer somewhere.
+    fn surface(&self) -> Option<(ForceSurface<T>, f64)> {
         let Sought { nodes, covers, .. } = *self;
         let wheel = [self.vehicle.wheel_radius, self.vehicle.wheel_width];
         let of_group = |group| self.forces(self.p, wheel, group, &nodes.group(group));
@@ -342,7 +349,8 @@ impl<T: Abreast> Sought<'_, T> {
         let between = nodes.between().enumerate();
         let between = between.map(|(k, at)| self.forces(&still, wheel, nodes.groups() + k, &at));
         let between: Vec<[Lanes; 2]> = between.collect::<Option<_>>()?;
-        (surface.error(&between, covers.wheel[0]) <= WITHIN[self.side]).then_some(surface)
+        let error = surface.error(&between, covers.wheel[0]);
+        Some((surface, error))
     }
 
     /// Pull and torque of eight contacts, found from their entry angles a little elsewhere.
