@@ -136,6 +136,12 @@ pub(crate) fn confirm_singles(
     });
     singles.extend(of_others.into_iter().flatten());
     if kind == LogKind::Drive {
+        let scouted = singles.iter().filter(|(k, _)| chosen.found(*k).is_some());
+        anew.extend(
+            scouted
+                .flat_map(|(_, w)| w)
+                .map(|w| w.hypothesis.effect_name()),
+        );
         let mut all: Vec<&mut Weighed> = singles.iter_mut().flat_map(|(_, w)| w).collect();
         start_anew(data, predictor, levels, null.len(), &mut all, known, anew);
     }
