@@ -25,6 +25,8 @@ pub(crate) struct NoiseModel {
     pub blocks: Vec<DMatrix<f64>>,
     /// G P^(1/2) of what another log taught: rows as the stacked values.
     common: Option<DMatrix<f64>>,
+    /// Variance that was added to each channel, of the ground and of no sensor; empty where none was.
+    added: Vec<f64>,
 }
 
 /// What another log taught the nominal model, and how well: its error is one and the same on every value of this log.
@@ -66,6 +68,7 @@ impl NoiseModel {
         NoiseModel {
             blocks,
             common: None,
+            added: vec![],
         }
     }
 
@@ -92,6 +95,8 @@ impl NoiseModel {
 
     /// Adds variance to every value of a channel.
     pub(crate) fn add_channel_variance(&mut self, data: &DataSet, channel: usize, variance: f64) {
+        self.added.resize(data.channels.len(), 0.0);
+        self.added[channel] += variance;
         for (block, o) in self.blocks.iter_mut().zip(&data.observations) {
             for (k, &c) in o.channels.iter().enumerate() {
                 if c == channel {
@@ -99,6 +104,20 @@ impl NoiseModel {
                 }
             }
         }
+    }
+
+    /// What it costs \[nats\] that more variance was added to the channels than to those of another noise: half of what ln det grows
+    /// by. What sensors' noise comes to through other slopes costs nothing: it is the same noise of the same sensors.
+    ///
+    /// # Errors
+    /// [`GapError::NotPositiveDefinite`].
+    pub(crate) fn price_over(&self, other: &NoiseModel, data: &DataSet) -> Result<f64, GapError> {
+        let mut without = self.clone();
+        for channel in 0..data.channels.len() {
+            let of = |noise: &NoiseModel| noise.added.get(channel).copied().unwrap_or(0.0);
+            without.add_channel_variance(data, channel, of(other) - of(self));
+        }
+        Ok(0.5 * (self.whitener(data)?.log_det - without.whitener(data)?.log_det))
     }
 
     /// The whitener of the noise alone.
@@ -197,6 +216,7 @@ impl NoiseModel {
         NoiseModel {
             blocks: self.blocks.iter().map(|b| b * (factor * factor)).collect(),
             common: self.common.as_ref().map(|c| c * factor),
+            added: self.added.iter().map(|v| v * factor * factor).collect(),
         }
     }
 
@@ -214,6 +234,7 @@ impl NoiseModel {
         NoiseModel {
             blocks: keep.iter().map(|&i| self.blocks[i].clone()).collect(),
             common: self.common.as_ref().map(|c| c.select_rows(&rows)),
+            added: self.added.clone(),
         }
     }
 }
@@ -344,6 +365,7 @@ mod tests {
         let noise = NoiseModel {
             blocks: blocks.clone(),
             common: Some(g.clone()),
+            added: vec![],
         };
         assert!(!noise.is_separate());
         let data = data();

@@ -21,8 +21,10 @@ const BRAKING: f64 = -0.05;
 /// Misfit per value from which a re-fit is far from the data.
 pub(crate) const FAR: f64 = 2.0;
 /// How often the inputs are moved at most to where they most probably were, and the prior sd by which a fit then still stands.
-const CENTRINGS: usize = 6;
+const CENTRINGS: usize = 20;
 const STILL: f64 = 0.02;
+/// Prior sd of a soil parameter from which a fit may have been led astray by slips that were taken as they were read.
+const ASTRAY: f64 = 3.0;
 /// Nats by which the data may be less likely where noise and inputs are taken anew: beyond, these were taken at a wrong place.
 pub(crate) const WORSE: f64 = 20.0;
 
@@ -179,33 +181,64 @@ fn settle(
             fitted = fit(data, predictor, &noise, &[x])?;
         }
     }
-    let (mut now, mut nearby) = (predictor.with_raw(&[]), None);
-    for _ in 0..CENTRINGS {
-        if fitted.chi2() > FAR * n {
-            break;
+    // From an end, or where the inputs are first taken by a soil that no fit was led to.
+    let centred = |data: &mut DataSet, noise: NoiseModel, at: &[f64], end: Option<Fit>| {
+        let (mut now, mut noise, mut fitted) = (predictor.with_raw(&[]), noise, end);
+        let (mut at, mut nearby, mut settled) = (at.to_vec(), None, false);
+        for _ in 0..CENTRINGS {
+            if fitted.as_ref().is_some_and(|f| f.chi2() > FAR * n) {
+                break;
+            }
+            let where_they_were = data.clone();
+            let (moved, slopes) =
+                match recentre(data, (predictor, &*now), null, &at, &noise, nearby.take()) {
+                    Ok(moved) => moved.take(data),
+                    Err(GapError::Model(_)) => break,
+                    Err(e) => return Err(e),
+                };
+            let own = match &slopes {
+                Some(slopes) => NoiseModel::through(data, slopes),
+                None => NoiseModel::propagate(data, &*moved, null, &at)?,
+            };
+            let own = with_roughness(data, &*moved, own, &at)?;
+            let next = fit(data, &*moved, &own, std::slice::from_ref(&at))?;
+            if let Some(before) = &fitted
+                && 0.5 * (next.cost - before.cost) + own.price_over(&noise, data)? > WORSE
+            {
+                // Too far for the tangents, which do not come back.
+                *data = where_they_were;
+                break;
+            }
+            settled = next
+                .x
+                .iter()
+                .zip(&at)
+                .all(|(to, from)| (to - from).abs() < STILL);
+            at = next.x.as_slice().to_vec();
+            (now, nearby, noise, fitted) = (moved, slopes, own, Some(next));
+            if settled {
+                break;
+            }
         }
-        let before = fitted.x.clone();
-        let x = before.as_slice();
-        let where_they_were = data.clone();
-        let (moved, slopes) = match recentre(data, (predictor, &*now), null, x, &noise, nearby) {
-            Ok(moved) => moved.take(data),
-            Err(GapError::Model(_)) => break,
-            Err(e) => return Err(e),
-        };
-        let own = match &slopes {
-            Some(slopes) => NoiseModel::through(data, slopes),
-            None => NoiseModel::propagate(data, &*moved, null, x)?,
-        };
-        let own = with_roughness(data, &*moved, own, x)?;
-        let next = fit(data, &*moved, &own, &[x.to_vec()])?;
-        if says(&next) < says(&fitted) - WORSE {
-            // Too far for the tangents, which do not come back.
-            *data = where_they_were;
-            break;
-        }
-        (now, nearby, noise, fitted) = (moved, slopes, own, next);
-        if (&fitted.x - before).amax() < STILL {
-            break;
+        Ok(fitted.map(|fitted| (fitted, noise, now, settled)))
+    };
+    let measured = data.clone();
+    let x = fitted.x.as_slice().to_vec();
+    let found = centred(data, noise.clone(), &x, Some(fitted.clone()))?;
+    let (mut fitted, mut noise, mut now, settled) =
+        found.unwrap_or_else(|| (fitted, noise, predictor.with_raw(&[]), false));
+    let astray = !settled || fitted.x.iter().any(|x| x.abs() > ASTRAY);
+    if setup.kind == LogKind::Drive && astray && fitted.chi2() <= FAR * n {
+        // Slips taken as they were read may have led the soil to where no way leads back from.
+        let mut again = measured;
+        let at_centre = NoiseModel::propagate(&again, predictor, null, &centre)?;
+        let at_centre = with_roughness(&mut again, predictor, at_centre, &centre)?;
+        let found = centred(&mut again, at_centre, &centre, None);
+        if let Ok(Some(found)) = found
+            && 0.5 * (found.0.cost - fitted.cost) + found.1.price_over(&noise, data)? < 0.0
+        {
+            (fitted, noise, now, _) = found;
+            *data = again;
         }
     }
     Ok(Refit {

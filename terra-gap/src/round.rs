@@ -179,9 +179,13 @@ impl Round {
             ..common.by(&**now)
         };
         let next = Round::new(data, &common, fitted, noise, &at, Some((self, last)))?;
-        // What is said of the same data, their noise's own density included.
-        let says = |round: &Round| round.best().map_or(f64::NEG_INFINITY, |w| w.log_evidence);
-        if says(&next) < says(self) - WORSE {
+        // What is said of the same data: what sensors' noise comes to through other slopes is no worse or better an explanation.
+        let says = |round: &Round| {
+            let best = round.best().map_or(f64::NEG_INFINITY, |w| w.log_evidence);
+            best + 0.5 * round.plain.log_det
+        };
+        let price = next.noise.price_over(&self.noise, data)?;
+        if says(&next) - price < says(self) - WORSE {
             (*data, *now) = (before, inputs);
             return Ok(None);
         }
