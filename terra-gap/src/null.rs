@@ -227,8 +227,9 @@ fn settle(
     let found = centred(data, noise.clone(), &x, Some(fitted.clone()))?;
     let (mut fitted, mut noise, mut now, settled) =
         found.unwrap_or_else(|| (fitted, noise, predictor.with_raw(&[]), false));
-    let astray = !settled || fitted.x.iter().any(|x| x.abs() > ASTRAY);
-    if setup.kind == LogKind::Drive && astray && fitted.chi2() <= FAR * n {
+    let far = fitted.chi2() > FAR * n;
+    let astray = fitted.x.iter().any(|x| x.abs() > ASTRAY);
+    if setup.kind == LogKind::Drive && (astray || !settled && !far) {
         // Slips taken as they were read may have led the soil to where no way leads back from.
         let mut again = measured;
         let at_centre = NoiseModel::propagate(&again, predictor, null, &centre)?;
