@@ -43,7 +43,7 @@ use crate::dataset::DataSet;
 use crate::error::GapError;
 use crate::logs::of_log;
 use crate::memory::Memory;
-use crate::predictor::{Design, Predict, Sloped};
+use crate::predictor::{Design, Predict, Sloped, Yielding};
 use crate::sensor;
 use frame::Frames;
 pub(crate) use stance::lift;
@@ -339,6 +339,22 @@ impl Predict for DrivePredictor {
 
     fn read(&self, index: usize) -> usize {
         AROUND + self.windows[index].known
+    }
+
+    fn yielding(&self, index: usize) -> Vec<Yielding> {
+        // Wheels are held at their speed by a motor.
+        let inertia = self.windows[index].around[0].recip();
+        let body = [
+            (SPEED, ACCEL),
+            (SPEED, SPEED_RATE),
+            (YAW_RATE, YAW_ACCELERATION),
+        ];
+        let of = |(raw, value)| Yielding {
+            raw,
+            value,
+            inertia,
+        };
+        body.map(of).into()
     }
 
     fn residual<T: Scalar>(

@@ -10,6 +10,10 @@
 //! residual, D its derivative at u, C = D S D' and the ground's roughness. Iterated with the fit this is the orthogonal distance
 //! regression of the data.
 //!
+//! Roughness is no noise that happens to lie beside slip: a push of the ground changes how wheel and vehicle run within some
+//! hundredths of a second, so that the window's own slip answers it. S D' gains their covariance P (`gives_way`): what is found
+//! is where the inputs were without the push. A fit that took slip as independent of it would find the ground too weak.
+//!
 //! # Reference
 //! P. T. Boggs, J. E. Rogers, Orthogonal distance regression, Contemporary Mathematics 112, 1990; W. A. Fuller, Measurement
 //! Error Models, 1987.
@@ -22,7 +26,7 @@ use crate::hypothesis::Hypothesis;
 use crate::memory::Memory;
 use crate::noise::NoiseModel;
 use crate::parallel::for_each;
-use crate::predictor::{AnyPredictor, Predictor, RawSlopes, raw_slopes};
+use crate::predictor::{AnyPredictor, Predictor, RawSlopes, Yielding, raw_slopes};
 
 /// How far \[sd\] a raw quantity may be from what was read: beyond, it is the law that is wrong.
 const FARTHEST: f64 = 3.0;
@@ -82,7 +86,12 @@ pub(crate) fn recentre(
         let read = measured.read(o.index);
         let moves = |(k, sd): (usize, &f64)| if k < read { *sd } else { 0.0 };
         let sd = DVector::from_iterator(o.raw_sd.len(), o.raw_sd.iter().enumerate().map(moves));
-        Some(&taken[k] - step(d, &sd, &noise.blocks[k], &left)?)
+        let (values, yielding) = (now.value_positions(o.index), now.yielding(o.index));
+        let of_ground = o.channels.iter().map(|&c| noise.of_ground(c));
+        let of_ground = DVector::from_iterator(o.channels.len(), of_ground);
+        let block = &noise.blocks[k];
+        let gives_way = gives_way(d, &values, &yielding, &of_ground, block);
+        Some(&taken[k] - step(d, &sd, gives_way, block, &left)?)
     };
     let sought: Vec<Option<DVector<f64>>> = for_each(indices.len(), sought);
     // Where one has no answer each is asked alone.
@@ -128,20 +137,65 @@ fn moved_to(
     predictor.with_raw(&rows.map(row).collect::<Vec<_>>())
 }
 
-/// S D' C^-1 r, no component beyond [`FARTHEST`].
+/// How raw quantities give way to pushes of the ground of these variances: covariance of each with the values, and its own variance.
+///
+/// A push ε on the values is balanced where D δ = ε, less what inertia takes: δ = K ε, K = (D'W D + Λ)^-1 D'W by least squares
+/// weighed by the noise, Λ the weight of inertia.
+fn gives_way(
+    d: &DMatrix<f64>,
+    values: &[usize],
+    yielding: &[Yielding],
+    of_ground: &DVector<f64>,
+    block: &DMatrix<f64>,
+) -> Option<(DMatrix<f64>, DVector<f64>)> {
+    let mut raws: Vec<usize> = yielding.iter().map(|y| y.raw).collect();
+    raws.dedup();
+    if raws.is_empty() || of_ground.amax() == 0.0 {
+        return None;
+    }
+    let weights = block.diagonal().map(f64::recip);
+    let slopes = d.select_columns(&raws);
+    let weighed = DMatrix::from_diagonal(&weights) * &slopes;
+    let mut normal = slopes.tr_mul(&weighed);
+    for y in yielding {
+        let row = values.iter().position(|&v| v == y.value);
+        let place = raws.iter().position(|&raw| raw == y.raw);
+        if let (Some(row), Some(place)) = (row, place) {
+            normal[(place, place)] += weights[row] * y.inertia * y.inertia;
+        }
+    }
+    let found = Cholesky::new(normal)?.solve(&weighed.transpose());
+    let of_ground = DMatrix::from_diagonal(of_ground);
+    let own = &found * &of_ground * found.transpose();
+    let mut with_values = DMatrix::zeros(d.ncols(), d.nrows());
+    let mut variance = DVector::zeros(d.ncols());
+    for (place, &raw) in raws.iter().enumerate() {
+        with_values.set_row(raw, &(found.row(place) * &of_ground));
+        variance[raw] = own[(place, place)];
+    }
+    Some((with_values, variance))
+}
+
+/// (S D' + P) C^-1 r with P the covariance of what `gives_way`, no component beyond [`FARTHEST`].
 fn step(
     d: &DMatrix<f64>,
     sd: &DVector<f64>,
+    gives_way: Option<(DMatrix<f64>, DVector<f64>)>,
     block: &DMatrix<f64>,
     left: &DVector<f64>,
 ) -> Option<DVector<f64>> {
     let pull = Cholesky::new(block.clone())?.solve(left);
-    let step = d.tr_mul(&pull).component_mul(&sd.map(|sd| sd * sd));
+    let mut variance = sd.map(|sd| sd * sd);
+    let mut step = d.tr_mul(&pull).component_mul(&variance);
+    if let Some((with_values, own)) = gives_way {
+        step += with_values * pull;
+        variance += own;
+    }
     let farthest = step
         .iter()
-        .zip(sd)
-        .filter(|(_, sd)| **sd > 0.0)
-        .map(|(step, sd)| (step / sd).abs())
+        .zip(&variance)
+        .filter(|(_, variance)| **variance > 0.0)
+        .map(|(step, variance)| (step / variance.sqrt()).abs())
         .fold(0.0, f64::max);
     Some(step * (FARTHEST / farthest.max(FARTHEST)))
 }
@@ -161,6 +215,37 @@ mod tests {
     use crate::memory::Remembered;
     use crate::predictor::{Design, Predict};
     use crate::soil_space::SoilSpace;
+
+    /// A value of slope -2 in a quantity that no sensor is wrong about: a push of the ground moved it by all of what is left, or where
+    /// inertia takes as much as the ground gives by half. Without a push it stays.
+    #[test]
+    fn what_the_ground_pushes_gives_way() {
+        let d = DMatrix::from_row_slice(1, 2, &[1.0, -2.0]);
+        let exact = DVector::zeros(2);
+        let block = DMatrix::from_element(1, 1, 0.04);
+        let moved = |variance: f64, inertia: f64| {
+            let yielding = [Yielding {
+                raw: 1,
+                value: 0,
+                inertia,
+            }];
+            let of_ground = DVector::from_element(1, variance);
+            let gives_way = gives_way(&d, &[0], &yielding, &of_ground, &block);
+            step(
+                &d,
+                &exact,
+                gives_way,
+                &block,
+                &DVector::from_element(1, 0.3),
+            )
+            .unwrap()
+        };
+        for (inertia, expected) in [(0.0, -0.15), (2.0, -0.075)] {
+            let moved = moved(0.04, inertia);
+            assert!((moved[1] - expected).abs() < 1e-12 && moved[0] == 0.0);
+        }
+        assert_eq!(moved(0.0, 0.0), exact);
+    }
 
     /// y = p_0 x through the origin, both read with noise.
     #[derive(Clone)]

@@ -114,8 +114,8 @@ impl NoiseModel {
     pub(crate) fn price_over(&self, other: &NoiseModel, data: &DataSet) -> Result<f64, GapError> {
         let mut without = self.clone();
         for channel in 0..data.channels.len() {
-            let of = |noise: &NoiseModel| noise.added.get(channel).copied().unwrap_or(0.0);
-            without.add_channel_variance(data, channel, of(other) - of(self));
+            let more = other.of_ground(channel) - self.of_ground(channel);
+            without.add_channel_variance(data, channel, more);
         }
         Ok(0.5 * (self.whitener(data)?.log_det - without.whitener(data)?.log_det))
     }
@@ -204,6 +204,11 @@ impl NoiseModel {
             kind: Kind::Dense(Box::new(c)),
             log_det,
         })
+    }
+
+    /// What of a channel's variance is the ground's.
+    pub(crate) fn of_ground(&self, channel: usize) -> f64 {
+        self.added.get(channel).copied().unwrap_or(0.0)
     }
 
     /// True where every observation has a noise of its own, so that rows of whitened values keep their meaning.

@@ -77,6 +77,16 @@ pub(crate) fn raw_slopes(
     Ok(out)
 }
 
+/// A raw quantity that gives way to a push of the ground: a wheel is braked until the ground drives it as before.
+pub(crate) struct Yielding {
+    /// The quantity, by its place.
+    pub(crate) raw: usize,
+    /// The value whose balance the push enters, by its place.
+    pub(crate) value: usize,
+    /// How much of that value it takes to change the quantity by one within the observation.
+    pub(crate) inertia: f64,
+}
+
 /// The residual of one observation as a function of the raw measurements, so that input noise can be propagated: what a kind of
 /// log implements, once for every number.
 pub(crate) trait Predict: Clone + Sync + Send + 'static {
@@ -86,6 +96,11 @@ pub(crate) trait Predict: Clone + Sync + Send + 'static {
     /// How many of these were read, the first ones; what stands behind them is assumed.
     fn read(&self, _index: usize) -> usize {
         usize::MAX
+    }
+
+    /// What gives way where the ground pushes within an observation.
+    fn yielding(&self, _index: usize) -> Vec<Yielding> {
+        vec![]
     }
 
     /// Residual `values - prediction` at raw measurements `raw` and parameters `p` of the law.
@@ -160,6 +175,9 @@ pub(crate) trait Predictor: Sync + Send {
     /// As [`Predict::read`].
     fn read(&self, index: usize) -> usize;
 
+    /// As [`Predict::yielding`].
+    fn yielding(&self, index: usize) -> Vec<Yielding>;
+
     /// As [`Predict::residual`].
     ///
     /// # Errors
@@ -221,6 +239,10 @@ impl<K: Predict> Predictor for K {
 
     fn read(&self, index: usize) -> usize {
         Predict::read(self, index)
+    }
+
+    fn yielding(&self, index: usize) -> Vec<Yielding> {
+        Predict::yielding(self, index)
     }
 
     fn residual(
