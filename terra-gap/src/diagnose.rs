@@ -225,7 +225,12 @@ pub(crate) fn diagnose(
     let (h, f) = best.map_or((null, fitted), |(h, f)| (h, f));
     // Against another simulator the soil starts from that one's.
     let own_start = setup.inherited.is_none();
-    let heed = heed(rivals.given / n, own_start.then_some((h, f)));
+    let mut heed = heed(rivals.given / n, own_start.then_some((h, f)));
+    heed.extend(
+        (decision.verdict == "unknown")
+            .then(|| understated(&data, f))
+            .flatten(),
+    );
     data.notes.extend(heed.iter().cloned());
     Ok(Diagnosis {
         kind: setup.kind,
@@ -296,6 +301,30 @@ fn heed(given: f64, fitted: Option<(&Hypothesis, &Fit)>) -> Vec<String> {
     out
 }
 
+/// Misfit per value up to which it may be noise that is stated too small, and by how much channels may then differ: twice the
+/// standard error of one with as many values, and this share.
+const UNDERSTATED: (f64, f64) = (3.0, 0.15);
+
+/// What to look at where every channel misfits alike: hardly any cause does that.
+fn understated(data: &DataSet, fit: &Fit) -> Option<String> {
+    let mut each = vec![(0.0, 0.0); data.channels.len()];
+    for ((_, c), r) in data.stacked().zip(fit.residual.iter()) {
+        each[c].0 += 1.0;
+        each[c].1 += r * r;
+    }
+    each.retain(|c| c.0 > 0.0);
+    let all = fit.chi2() / fit.residual.len().max(1) as f64;
+    let (most, share) = UNDERSTATED;
+    let alike =
+        |&(n, sum): &(f64, f64)| (sum / n / all - 1.0).abs() < share + 2.0 * (2.0 / n).sqrt();
+    (all < most && each.iter().all(alike)).then(|| {
+        format!(
+            "every channel misfits alike, {all:.2} per value: [noise] may be stated too small, by a factor of {:.2}",
+            all.sqrt()
+        )
+    })
+}
+
 fn default_hold_out(data: &DataSet, kind: LogKind) -> HoldOut {
     match (data.groups().len(), kind) {
         (0 | 1, _) => HoldOut::Slip,
@@ -346,4 +375,62 @@ fn undetermined(null: &Hypothesis, fit: &Fit) -> Vec<String> {
         }
     }
     out
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use nalgebra::{DMatrix, DVector};
+
+    use super::*;
+    use crate::dataset::{ChannelInfo, Factors, Observation};
+    use crate::memory::Remembered;
+
+    /// Two channels that misfit by 1.44 each are noise stated too small by 1.2; where one has all of the misfit something is missing.
+    #[test]
+    fn channels_that_misfit_alike_are_noise_stated_too_small() {
+        let channel = |name: &str| ChannelInfo {
+            name: name.to_owned(),
+            unit: "N",
+            scale: 1.0,
+        };
+        let observation = |index| Observation {
+            index,
+            group: String::new(),
+            condition: String::new(),
+            place: String::new(),
+            channels: vec![0, 1],
+            values: vec![0.0; 2],
+            raw_sd: vec![],
+            shift: vec![],
+            factors: Factors::new(),
+        };
+        let data = DataSet {
+            channels: vec![channel("a"), channel("b")],
+            observations: (0..200).map(observation).collect(),
+            dropped: BTreeMap::new(),
+            notes: vec![],
+            short_scatter: vec![],
+        };
+        let told = |a: f64, b: f64| {
+            let fit = Fit {
+                x: DVector::zeros(0),
+                residual: DVector::from_fn(400, |row, _| if row % 2 == 0 { a } else { b }),
+                jacobian: DMatrix::zeros(400, 0),
+                exact: true,
+                tangent: false,
+                cost: 0.0,
+                converged: true,
+                given_up: false,
+                log_det: 0.0,
+                at_bound: vec![],
+                near: Remembered::default(),
+            };
+            understated(&data, &fit)
+        };
+        assert!(told(1.2, 1.2).unwrap().contains("by a factor of 1.20"));
+        assert_eq!(told(1.0, 1.4), None);
+        assert_eq!(told(2.0, 2.0), None);
+    }
 }

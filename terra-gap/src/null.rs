@@ -235,7 +235,9 @@ fn settle(
         let at_centre = NoiseModel::propagate(&again, predictor, null, &centre)?;
         let at_centre = with_roughness(&mut again, predictor, at_centre, &centre)?;
         let found = centred(&mut again, at_centre, &centre, None);
+        // Far from the data inputs stay as they were read: it is the law that is wrong.
         if let Ok(Some(found)) = found
+            && found.0.chi2() <= FAR * n
             && 0.5 * (found.0.cost - fitted.cost) + found.1.price_over(&noise, data)? < 0.0
         {
             (fitted, noise, now, _) = found;

@@ -33,12 +33,21 @@ pub(super) fn scenario(text: &str, file: &str) -> Parsed<Scenario> {
     }
 
     let segments = match root.get("segment") {
-        Some(list) => list
-            .items()?
-            .iter()
-            .enumerate()
-            .map(|(i, v)| segment(i, v))
-            .collect::<Parsed<Vec<_>>>()?,
+        Some(list) => {
+            let mut found: Vec<DriveSegment> = Vec::new();
+            for (i, v) in list.items()?.iter().enumerate() {
+                let next = segment(i, v)?;
+                // In a log the two would be one.
+                if found.last().is_some_and(|before| before.name == next.name) {
+                    return Err(v.error(&format!(
+                        "the segment before is called '{}' too, expected a name of its own",
+                        next.name
+                    )));
+                }
+                found.push(next);
+            }
+            found
+        }
         None => Vec::new(),
     };
     let trials = match root.get("trial") {
