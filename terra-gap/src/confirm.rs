@@ -136,6 +136,7 @@ pub(crate) fn confirm_singles(
     });
     singles.extend(of_others.into_iter().flatten());
     if kind == LogKind::Drive {
+        // Who was found by a look around began near the prior centre already.
         let scouted = singles.iter().filter(|(k, _)| chosen.found(*k).is_some());
         anew.extend(
             scouted

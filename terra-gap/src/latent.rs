@@ -10,7 +10,7 @@
 //! residual, D its derivative at u, C = D S D' and the ground's roughness. Iterated with the fit this is the orthogonal distance
 //! regression of the data.
 //!
-//! Roughness is no noise that happens to lie beside slip: a push of the ground changes how wheel and vehicle run within some
+//! Roughness is no noise that happens to lie beside slip: a push of the ground changes how the vehicle runs within some
 //! hundredths of a second, so that the window's own slip answers it. S D' gains their covariance P (`gives_way`): what is found
 //! is where the inputs were without the push. A fit that took slip as independent of it would find the ground too weak.
 //!
