@@ -39,7 +39,7 @@ pub(super) fn scenario(text: &str, file: &str) -> Parsed<Scenario> {
                 let next = segment(i, v)?;
                 // In a log the two would be one.
                 if found.last().is_some_and(|before| before.name == next.name) {
-                    return Err(v.error(&format!(
+                    return Err(v.error(format!(
                         "the segment before is called '{}' too, expected a name of its own",
                         next.name
                     )));
