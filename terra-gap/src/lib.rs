@@ -13,6 +13,7 @@ mod calibrate;
 mod calibration;
 mod candidates;
 mod cause;
+mod centring;
 mod closing;
 mod confirm;
 mod contenders;

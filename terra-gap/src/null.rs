@@ -1,30 +1,24 @@
 //! The nominal model's own best: its soil re-fitted, with the noise that belongs to that fit.
 
+use crate::centring::{Centred, Nominal};
 use crate::dataset::DataSet;
 use crate::error::GapError;
-use crate::fit::{Effort, Fit, fit_from, fit_near, residual};
+use crate::fit::{Effort, Fit, fit_near, residual};
 use crate::hypothesis::Hypothesis;
-use crate::latent::recentre;
 use crate::memory::Memory;
 use crate::noise::NoiseModel;
 use crate::parallel::for_each;
 use crate::predictor::{AnyPredictor, Predictor};
-use crate::roughness;
 use crate::settings::LogKind;
 use crate::setup::Setup;
 use crate::thin::Thin;
-use crate::weigh::{NEAR, again};
+use crate::weigh::NEAR;
 
 /// Slip below which a row counts as braking for the second try: rows at zero slip scatter to both sides.
 const BRAKING: f64 = -0.05;
 
 /// Misfit per value from which a re-fit is far from the data.
 pub(crate) const FAR: f64 = 2.0;
-/// How often the inputs are moved at most to where they most probably were, and the prior sd by which a fit then still stands.
-const CENTRINGS: usize = 20;
-const STILL: f64 = 0.02;
-/// Prior sd of a soil parameter from which a fit may have been led astray by slips that were taken as they were read.
-const ASTRAY: f64 = 3.0;
 /// Nats by which the data may be less likely where noise and inputs are taken anew: beyond, these were taken at a wrong place.
 pub(crate) const WORSE: f64 = 20.0;
 
@@ -141,30 +135,23 @@ fn settle(
             starts = vec![end.x.as_slice().to_vec()];
         }
     }
-    let fit =
-        |data: &DataSet, predictor: &dyn Predictor, noise: &NoiseModel, starts: &[Vec<f64>]| {
-            let (whitener, effort) = (noise.whitener(data)?, again(setup.kind));
-            fit_from(data, predictor, null, &whitener, starts, None, effort)
-        };
-    // Sensors' noise as it was propagated, with the ground's roughness as a fit leaves it over.
-    let with_roughness =
-        |data: &mut DataSet, predictor: &dyn Predictor, noise: NoiseModel, x: &[f64]| {
-            let mut noise = noise.with(data, predictor, inherited)?;
-            if setup.kind == LogKind::Drive {
-                let r = residual(data, predictor, null, x)?;
-                roughness::add(&mut noise, data, setup.rover, &r);
-            }
-            Ok::<_, GapError>(noise)
-        };
+    let nominal = Nominal {
+        predictor,
+        setup,
+        null,
+    };
     // Of the data, its noise's own density included.
     let says = |f: &Fit| -0.5 * (f.cost + f.log_det);
-    let mut fitted = fit(data, predictor, &noise, &starts)?;
+    let mut fitted = nominal.fit(data, predictor, &noise, &starts)?;
     let n = data.len() as f64;
     for _ in 0..2 {
         let x = fitted.x.as_slice().to_vec();
         let own = NoiseModel::propagate(data, predictor, null, &x)
-            .and_then(|own| with_roughness(data, predictor, own, &x))
-            .and_then(|own| Ok((fit(data, predictor, &own, std::slice::from_ref(&x))?, own)));
+            .and_then(|own| nominal.with_roughness(data, predictor, own, &x))
+            .and_then(|own| {
+                let starts = std::slice::from_ref(&x);
+                Ok((nominal.fit(data, predictor, &own, starts)?, own))
+            });
         let (with_own, own) = match own {
             Ok(own) => own,
             // Soil that only just carries the wheel has no slopes there: the noise stands as it is.
@@ -177,78 +164,20 @@ fn settle(
             (noise, fitted) = (own, with_own);
         } else {
             let at_centre = NoiseModel::propagate(data, predictor, null, &centre)?;
-            noise = with_roughness(data, predictor, at_centre, &x)?;
-            fitted = fit(data, predictor, &noise, &[x])?;
+            noise = nominal.with_roughness(data, predictor, at_centre, &x)?;
+            fitted = nominal.fit(data, predictor, &noise, &[x])?;
         }
     }
-    // From an end, or where the inputs are first taken by a soil that no fit was led to.
-    let centred = |data: &mut DataSet, noise: NoiseModel, at: &[f64], end: Option<Fit>| {
-        let (mut now, mut noise, mut fitted) = (predictor.with_raw(&[]), noise, end);
-        let (mut at, mut nearby, mut settled) = (at.to_vec(), None, false);
-        for _ in 0..CENTRINGS {
-            if fitted.as_ref().is_some_and(|f| f.chi2() > FAR * n) {
-                break;
-            }
-            let where_they_were = data.clone();
-            let (moved, slopes) =
-                match recentre(data, (predictor, &*now), null, &at, &noise, nearby.take()) {
-                    Ok(moved) => moved.take(data),
-                    Err(GapError::Model(_)) => break,
-                    Err(e) => return Err(e),
-                };
-            let own = match &slopes {
-                Some(slopes) => NoiseModel::through(data, slopes),
-                None => NoiseModel::propagate(data, &*moved, null, &at)?,
-            };
-            let own = with_roughness(data, &*moved, own, &at)?;
-            let next = fit(data, &*moved, &own, std::slice::from_ref(&at))?;
-            if let Some(before) = &fitted
-                && 0.5 * (next.cost - before.cost) + own.price_over(&noise, data)? > WORSE
-            {
-                // Too far for the tangents, which do not come back.
-                *data = where_they_were;
-                break;
-            }
-            settled = next
-                .x
-                .iter()
-                .zip(&at)
-                .all(|(to, from)| (to - from).abs() < STILL);
-            at = next.x.as_slice().to_vec();
-            (now, nearby, noise, fitted) = (moved, slopes, own, Some(next));
-            if settled {
-                break;
-            }
-        }
-        Ok(fitted.map(|fitted| (fitted, noise, now, settled)))
-    };
-    let measured = data.clone();
-    let x = fitted.x.as_slice().to_vec();
-    let found = centred(data, noise.clone(), &x, Some(fitted.clone()))?;
-    let (mut fitted, mut noise, mut now, settled) =
-        found.unwrap_or_else(|| (fitted, noise, predictor.with_raw(&[]), false));
-    let far = fitted.chi2() > FAR * n;
-    let astray = fitted.x.iter().any(|x| x.abs() > ASTRAY);
-    if setup.kind == LogKind::Drive && (astray || !settled && !far) {
-        // Slips taken as they were read may have led the soil to where no way leads back from.
-        let mut again = measured;
-        let at_centre = NoiseModel::propagate(&again, predictor, null, &centre)?;
-        let at_centre = with_roughness(&mut again, predictor, at_centre, &centre)?;
-        let found = centred(&mut again, at_centre, &centre, None);
-        // Far from the data inputs stay as they were read: it is the law that is wrong.
-        if let Ok(Some(found)) = found
-            && found.0.chi2() <= FAR * n
-            && 0.5 * (found.0.cost - fitted.cost) + found.1.price_over(&noise, data)? < 0.0
-        {
-            (fitted, noise, now, _) = found;
-            *data = again;
-        }
-    }
+    let Centred {
+        fitted,
+        noise,
+        predictor,
+    } = nominal.centred(data, fitted, noise)?;
     Ok(Refit {
         fitted,
         noise,
         given,
-        predictor: now,
+        predictor,
     })
 }
 

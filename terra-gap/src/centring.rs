@@ -1,0 +1,177 @@
+//! The nominal fit with its inputs where they most probably were: sought by the fit, which goes on from there, until both stand still.
+//!
+//! Misfit and prior decide whether a round leads on. What the sensors' noise comes to through other slopes does not: its density
+//! alone would stop every way at a soil that answers slip too weakly.
+
+use crate::dataset::DataSet;
+use crate::error::GapError;
+use crate::fit::{Fit, fit_from, residual};
+use crate::hypothesis::Hypothesis;
+use crate::latent::recentre;
+use crate::noise::NoiseModel;
+use crate::null::{FAR, WORSE};
+use crate::predictor::{AnyPredictor, Predictor};
+use crate::roughness;
+use crate::settings::LogKind;
+use crate::setup::Setup;
+use crate::weigh::again;
+
+/// Rounds at most, and the prior sd by which a fit then still stands.
+const ROUNDS: usize = 20;
+const STILL: f64 = 0.02;
+/// Prior sd of a soil parameter from which a fit may have been led astray by slips that were taken as they were read.
+const ASTRAY: f64 = 3.0;
+
+/// The nominal law, and by what it is predicted where the inputs were read.
+pub(crate) struct Nominal<'a, 'b> {
+    pub(crate) predictor: &'a dyn Predictor,
+    pub(crate) setup: &'a Setup<'b>,
+    pub(crate) null: &'a Hypothesis,
+}
+
+/// Its fit with the inputs where they most probably were.
+pub(crate) struct Centred {
+    pub(crate) fitted: Fit,
+    pub(crate) noise: NoiseModel,
+    pub(crate) predictor: AnyPredictor,
+}
+
+impl Nominal<'_, '_> {
+    /// A fit against a noise.
+    ///
+    /// # Errors
+    /// Where the model has no answer at any start.
+    pub(crate) fn fit(
+        &self,
+        data: &DataSet,
+        predictor: &dyn Predictor,
+        noise: &NoiseModel,
+        starts: &[Vec<f64>],
+    ) -> Result<Fit, GapError> {
+        let (whitener, effort) = (noise.whitener(data)?, again(self.setup.kind));
+        fit_from(data, predictor, self.null, &whitener, starts, None, effort)
+    }
+
+    /// Sensors' noise as it was propagated, with the ground's roughness as a fit leaves it over.
+    ///
+    /// # Errors
+    /// Where the model has no answer.
+    pub(crate) fn with_roughness(
+        &self,
+        data: &mut DataSet,
+        predictor: &dyn Predictor,
+        noise: NoiseModel,
+        x: &[f64],
+    ) -> Result<NoiseModel, GapError> {
+        let mut noise = noise.with(data, predictor, self.setup.inherited.as_ref())?;
+        if self.setup.kind == LogKind::Drive {
+            let r = residual(data, predictor, self.null, x)?;
+            roughness::add(&mut noise, data, self.setup.rover, &r);
+        }
+        Ok(noise)
+    }
+
+    /// From the end of a fit to inputs as they were read; from the prior centre too where that end may be astray, as what slips
+    /// taken as they were read have led the soil to no way may lead back from.
+    ///
+    /// # Errors
+    /// Where the model has no answer.
+    pub(crate) fn centred(
+        &self,
+        data: &mut DataSet,
+        fitted: Fit,
+        noise: NoiseModel,
+    ) -> Result<Centred, GapError> {
+        let (measured, x) = (data.clone(), fitted.x.as_slice().to_vec());
+        let (found, settled) = self.rounds(data, noise, &x, Some(fitted))?;
+        let found = found.ok_or(GapError::Soil("a re-fit without an end".to_owned()))?;
+        let far = self.is_far(&measured, &found.fitted);
+        let astray = found.fitted.x.iter().any(|x| x.abs() > ASTRAY);
+        if self.setup.kind != LogKind::Drive || !(astray || !settled && !far) {
+            return Ok(found);
+        }
+        let (mut again, centre) = (measured, vec![0.0; self.null.len()]);
+        let noise = NoiseModel::propagate(&again, self.predictor, self.null, &centre)?;
+        let noise = self.with_roughness(&mut again, self.predictor, noise, &centre)?;
+        // A way that ends where the law has no answer is no better one.
+        let Ok((Some(other), _)) = self.rounds(&mut again, noise, &centre, None) else {
+            return Ok(found);
+        };
+        // Far from the data inputs stay as they were read: it is the law that is wrong.
+        let near = !self.is_far(&again, &other.fitted);
+        if near && other.loses_to(&found.fitted, &found.noise, data)? < 0.0 {
+            *data = again;
+            return Ok(other);
+        }
+        Ok(found)
+    }
+
+    fn is_far(&self, data: &DataSet, fit: &Fit) -> bool {
+        fit.chi2() > FAR * data.len() as f64
+    }
+
+    /// Rounds from an end, or from where no fit was led to; whether they came to stand still.
+    fn rounds(
+        &self,
+        data: &mut DataSet,
+        noise: NoiseModel,
+        at: &[f64],
+        end: Option<Fit>,
+    ) -> Result<(Option<Centred>, bool), GapError> {
+        let Nominal {
+            predictor, null, ..
+        } = *self;
+        let (mut now, mut noise, mut fitted) = (predictor.with_raw(&[]), noise, end);
+        let (mut at, mut nearby, mut settled) = (at.to_vec(), None, false);
+        for _ in 0..ROUNDS {
+            if settled || fitted.as_ref().is_some_and(|f| self.is_far(data, f)) {
+                break;
+            }
+            let where_they_were = data.clone();
+            let moved = recentre(data, (predictor, &*now), null, &at, &noise, nearby.take());
+            let (moved, slopes) = match moved {
+                Ok(moved) => moved.take(data),
+                Err(GapError::Model(_)) => break,
+                Err(e) => return Err(e),
+            };
+            let own = match &slopes {
+                Some(slopes) => NoiseModel::through(data, slopes),
+                None => NoiseModel::propagate(data, &*moved, null, &at)?,
+            };
+            let own = self.with_roughness(data, &*moved, own, &at)?;
+            let next = Centred {
+                fitted: self.fit(data, &*moved, &own, std::slice::from_ref(&at))?,
+                noise: own,
+                predictor: moved,
+            };
+            if let Some(before) = &fitted
+                && next.loses_to(before, &noise, data)? > WORSE
+            {
+                // Too far for the tangents, which do not come back.
+                *data = where_they_were;
+                break;
+            }
+            let still = |(to, from): (&f64, &f64)| (to - from).abs() < STILL;
+            settled = next.fitted.x.iter().zip(&at).all(still);
+            at = next.fitted.x.as_slice().to_vec();
+            (now, nearby, noise) = (next.predictor, slopes, next.noise);
+            fitted = Some(next.fitted);
+        }
+        let found = fitted.map(|fitted| Centred {
+            fitted,
+            noise,
+            predictor: now,
+        });
+        Ok((found, settled))
+    }
+}
+
+impl Centred {
+    /// How much worse \[nats\] it is than a fit under another noise.
+    ///
+    /// # Errors
+    /// [`GapError::NotPositiveDefinite`].
+    fn loses_to(&self, fit: &Fit, noise: &NoiseModel, data: &DataSet) -> Result<f64, GapError> {
+        Ok(0.5 * (self.fitted.cost - fit.cost) + self.noise.price_over(noise, data)?)
+    }
+}
