@@ -193,7 +193,7 @@ pub(crate) const SCENARIOS: &[Case] = &[
     bad("a rate of NaN", |f| f.swap("ramp.toml", "rate_hz = 100.0", "rate_hz = nan"), 2, "ramp.toml:4:11|finite"),
     bad("a rate below zero", |f| f.swap("ramp.toml", "rate_hz = 100.0", "rate_hz = -1.0"), 2, "ramp.toml:4:11|above 0"),
     bad("no end", |f| f.swap("ramp.toml", "duration_s = 2.0", "duration_s = 1e12"), 2, "ramp.toml|duration"),
-    bad("a name that two segments have", |f| f.swap("ramp.toml", "[[segment]]", "[[segment]]\nname = \"a\"\nduration_s = 1.0\ntorque_N_m = 1.0\n[[segment]]\nname = \"a\"\nreset = true"), 2, "ramp.toml:|'a' too|a name of its own"),
+    bad("a name that two segments have", |f| f.swap("ramp.toml", "[[segment]]", "[[segment]]\nname = \"ramp\"\nduration_s = 1.0\ntorque_N_m = 1.0\n[[segment]]\nreset = true"), 2, "ramp.toml:|'ramp' too|a name of its own"),
     bad("no rover", |f| f.swap("ramp.toml", "\"rover.toml\"", "\"rovr.toml\""), 2, "rovr.toml|no such file"),
     bad("a rig's file", |f| f.swap("ramp.toml", "\"rover.toml\"", "\"rig.toml\""), 2, "ramp.toml|[vehicle]"),
     bad("unknown soil", |f| f.swap("ramp.toml", "\"lean_clay_22\"", "\"lean_clay22\""), 2, "ramp.toml|'lean_clay22'|did you mean 'lean_clay_22'"),
