@@ -430,7 +430,7 @@ mod tests {
             understated(&data, &fit)
         };
         assert!(told(1.2, 1.2).unwrap().contains("by a factor of 1.20"));
-        assert_eq!(told(1.0, 1.4), None);
+        assert_eq!(told(1.0, 1.7), None);
         assert_eq!(told(2.0, 2.0), None);
     }
 }
