@@ -381,11 +381,10 @@ fn undetermined(null: &Hypothesis, fit: &Fit) -> Vec<String> {
 mod tests {
     use std::collections::BTreeMap;
 
-    use nalgebra::{DMatrix, DVector};
+    use nalgebra::DVector;
 
     use super::*;
     use crate::dataset::{ChannelInfo, Factors, Observation};
-    use crate::memory::Remembered;
 
     /// Two channels that misfit by 1.44 each are noise stated too small by 1.2; where one has all of the misfit something is missing.
     #[test]
@@ -414,20 +413,8 @@ mod tests {
             short_scatter: vec![],
         };
         let told = |a: f64, b: f64| {
-            let fit = Fit {
-                x: DVector::zeros(0),
-                residual: DVector::from_fn(400, |row, _| if row % 2 == 0 { a } else { b }),
-                jacobian: DMatrix::zeros(400, 0),
-                exact: true,
-                tangent: false,
-                cost: 0.0,
-                converged: true,
-                given_up: false,
-                log_det: 0.0,
-                at_bound: vec![],
-                near: Remembered::default(),
-            };
-            understated(&data, &fit)
+            let residual = DVector::from_fn(400, |row, _| if row % 2 == 0 { a } else { b });
+            understated(&data, &Fit::of_residual(residual))
         };
         assert!(told(1.2, 1.2).unwrap().contains("by a factor of 1.20"));
         assert_eq!(told(1.0, 1.7), None);

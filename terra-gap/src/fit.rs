@@ -100,6 +100,26 @@ impl Fit {
     }
 }
 
+#[cfg(test)]
+impl Fit {
+    /// One without parameters that leaves this.
+    pub(crate) fn of_residual(residual: DVector<f64>) -> Self {
+        Fit {
+            x: DVector::zeros(0),
+            jacobian: DMatrix::zeros(residual.len(), 0),
+            cost: residual.norm_squared(),
+            residual,
+            exact: true,
+            tangent: false,
+            converged: true,
+            given_up: false,
+            log_det: 0.0,
+            at_bound: vec![],
+            near: Remembered::default(),
+        }
+    }
+}
+
 /// Residual and Jacobian of all observations, not whitened; with what a fit remembers that ended there or near there.
 ///
 /// # Errors

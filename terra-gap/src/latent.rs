@@ -149,6 +149,7 @@ fn gives_way(
     block: &DMatrix<f64>,
 ) -> Option<(DMatrix<f64>, DVector<f64>)> {
     let mut raws: Vec<usize> = yielding.iter().map(|y| y.raw).collect();
+    raws.sort_unstable();
     raws.dedup();
     if raws.is_empty() || of_ground.amax() == 0.0 {
         return None;

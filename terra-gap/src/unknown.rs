@@ -234,19 +234,7 @@ mod tests {
             short_scatter: vec![],
         };
         let gain = |variance: f64| {
-            let fit = Fit {
-                x: DVector::zeros(0),
-                residual: DVector::from_element(n, variance.sqrt()),
-                jacobian: DMatrix::zeros(n, 0),
-                exact: true,
-                tangent: false,
-                cost: 0.0,
-                converged: true,
-                given_up: false,
-                log_det: 0.0,
-                at_bound: vec![],
-                near: crate::memory::Remembered::default(),
-            };
+            let fit = Fit::of_residual(DVector::from_element(n, variance.sqrt()));
             scatter_gain(&data, &fit)
         };
         assert!((-0.7..0.0).contains(&gain(1.0)), "{}", gain(1.0));

@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use terra::data::{Start, parse_rover, read_rover};
+use terra::data::{Rover, Start, parse_rover, read_rover};
 use terra::gap::{Diagnosis, Settings, diagnose_drive};
 use terra::model::Registry;
 use terra::sim::{Scenario, simulate_drive};
@@ -43,10 +43,14 @@ fn diagnose(terrain: &str, seed: u64) -> Diagnosis {
         wheel_speed_rad_s = {{ from = 4.0, to = 2.0 }}
         "#
     );
+    diagnosed(&rover, &text)
+}
+
+fn diagnosed(rover: &Rover, scenario: &str) -> Diagnosis {
     let registry = Registry::builtin();
-    let scenario = Scenario::parse(&text, "scenario.toml").unwrap();
-    let log = simulate_drive(&scenario, &rover, &registry).unwrap().log;
-    diagnose_drive(&log, &rover, &registry, &Settings::of(&rover)).unwrap()
+    let scenario = Scenario::parse(scenario, "scenario.toml").unwrap();
+    let log = simulate_drive(&scenario, rover, &registry).unwrap().log;
+    diagnose_drive(&log, rover, &registry, &Settings::of(rover)).unwrap()
 }
 
 /// Nothing is found missing, and a soil re-fitted from the truth follows the log no worse than the truth does.
@@ -75,7 +79,6 @@ fn a_slow_drive_does_not_lead_the_soil_astray() {
     let text = std::fs::read_to_string(folder.join("rover.toml")).unwrap();
     let stated = text.lines().find(|l| l.starts_with("ground_speed_m_s"));
     let text = text.replace(stated.unwrap(), "ground_speed_m_s = 0.01");
-    let registry = Registry::builtin();
     for terrain in ["upland_sandy_loam", "dry_sand"] {
         let mut rover = parse_rover(&text, "rover.toml").unwrap();
         rover.terrain.start = Some(Start::Id(terrain.to_owned()));
@@ -101,9 +104,7 @@ fn a_slow_drive_does_not_lead_the_soil_astray() {
                 wheel_speed_rad_s = {{ fl = 1.1, fr = 1.6, rl = 1.1, rr = 1.6 }}
                 "#
             );
-            let scenario = Scenario::parse(&scenario, "scenario.toml").unwrap();
-            let log = simulate_drive(&scenario, &rover, &registry).unwrap().log;
-            let d = diagnose_drive(&log, &rover, &registry, &Settings::of(&rover)).unwrap();
+            let d = diagnosed(&rover, &scenario);
             let none = "none".to_owned();
             assert!(d.set.contains(&none), "{terrain} {seed}: {:?}", d.set);
             let (h, fitted) = d.null.as_ref().unwrap();

@@ -308,7 +308,7 @@ fn two_causes_must_close_nearly_all_where_they_were_not_fitted() {
     assert!(two.set.contains(&"unknown".to_owned()), "{:?}", two.set);
     assert!(two.probability_unknown > 0.2, "{}", two.probability_unknown);
 
-    // Neither of them has a look-alike that no drive tells from it.
+    // A ground speed that is off in place of the centre would stand beside a wheel radius that is: no drive tells these.
     let there = [("torque-scale", 0.12), ("cg-offset", 0.08)];
     let (two, closed) = diagnosed(&there, "");
     assert_eq!(two.accepted_names, ["cg-offset", "torque-scale"]);
