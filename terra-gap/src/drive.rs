@@ -26,6 +26,7 @@ mod read;
 mod stance;
 mod stream;
 mod surface;
+mod way;
 mod window;
 
 pub(crate) use cells::{Line, declared, line};
@@ -43,7 +44,7 @@ use crate::dataset::DataSet;
 use crate::error::GapError;
 use crate::logs::of_log;
 use crate::memory::Memory;
-use crate::predictor::{Design, Predict, Sloped, Yielding};
+use crate::predictor::{Design, OtherWay, Predict, Sloped, Yielding};
 use crate::sensor;
 use frame::Frames;
 pub(crate) use stance::lift;
@@ -148,6 +149,8 @@ pub(crate) struct Window {
     payload: f64,
     earlier_passes: f64,
     path: f64,
+    /// What else it may be, where the log does not say.
+    other_paths: [f64; way::OTHERS],
     time: f64,
     /// Times from its middle to those of the two windows that follow and of the one before \[s\].
     around: [f64; 3],
@@ -414,6 +417,29 @@ impl Predict for DrivePredictor {
         let mut out = self.clone();
         for (index, raw) in replaced {
             out.windows[*index].raw.copy_from_slice(raw);
+        }
+        out
+    }
+
+    fn other_ways(&self) -> Vec<OtherWay> {
+        let mut ways: Vec<Vec<f64>> = vec![self.windows.iter().map(|w| w.path).collect()];
+        let mut out = vec![];
+        for (k, told) in way::TOLD.into_iter().enumerate() {
+            let path: Vec<f64> = self.windows.iter().map(|w| w.other_paths[k]).collect();
+            if ways.iter().any(|known| way::are_one(known, &path)) {
+                continue;
+            }
+            let mut predictor = self.clone();
+            for (window, &path) in predictor.windows.iter_mut().zip(&path) {
+                (window.path, window.other_paths) = (path, [path; way::OTHERS]);
+            }
+            out.push(OtherWay {
+                told,
+                odometer: k < way::ODOMETERS,
+                predictor: Arc::new(predictor),
+                path: path.clone(),
+            });
+            ways.push(path);
         }
         out
     }

@@ -62,6 +62,7 @@ mod thin;
 mod unknown;
 mod verdict;
 mod watch;
+mod ways;
 mod weigh;
 
 pub use calibration::{Calibration, Case, Evidence};

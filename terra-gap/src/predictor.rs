@@ -163,6 +163,11 @@ pub(crate) trait Predict: Clone + Sync + Send + 'static {
     #[must_use]
     fn with_raw(&self, replaced: &[(usize, Vec<f64>)]) -> Self;
 
+    /// The same where the path that a log does not tell is counted another way.
+    fn other_ways(&self) -> Vec<OtherWay> {
+        vec![]
+    }
+
     /// Experiments that could be made with this vehicle or rig, as variations of the data at hand.
     fn designs(&self, data: &DataSet) -> Vec<Design>;
 }
@@ -224,6 +229,9 @@ pub(crate) trait Predictor: Sync + Send {
     /// As [`Predict::with_raw`].
     #[must_use]
     fn with_raw(&self, replaced: &[(usize, Vec<f64>)]) -> AnyPredictor;
+
+    /// As [`Predict::other_ways`].
+    fn other_ways(&self) -> Vec<OtherWay>;
 
     /// As [`Predict::designs`].
     fn designs(&self, data: &DataSet) -> Vec<Design>;
@@ -288,9 +296,25 @@ impl<K: Predict> Predictor for K {
         Arc::new(Predict::with_raw(self, replaced))
     }
 
+    fn other_ways(&self) -> Vec<OtherWay> {
+        Predict::other_ways(self)
+    }
+
     fn designs(&self, data: &DataSet) -> Vec<Design> {
         Predict::designs(self, data)
     }
+}
+
+/// Another way in which the path may be counted.
+pub(crate) struct OtherWay {
+    /// How.
+    pub told: &'static str,
+    /// Whether forwards and back count alike.
+    pub odometer: bool,
+    /// Predicts by it.
+    pub predictor: AnyPredictor,
+    /// Path of each of its observations \[m\].
+    pub path: Vec<f64>,
 }
 
 /// One design: what to do, and the data set it would give with the predictor of its rows.

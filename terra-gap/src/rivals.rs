@@ -14,12 +14,13 @@ use crate::forms::{FREE, Ground, Named, ask_again};
 use crate::hypothesis::Hypothesis;
 use crate::noise::{NoiseModel, Whitener};
 use crate::null::{Refit, drop_unanswered, refit};
-use crate::predictor::{AnyPredictor, Predictor};
+use crate::predictor::{AnyPredictor, OtherWay, Predictor};
 use crate::round::{Common, Round, settle};
 use crate::settings::{LogKind, Settings};
 use crate::setup::{ADEQUATE, Screened, Setup};
 use crate::structures::weigh_structures;
 use crate::unknown;
+use crate::ways;
 use crate::weigh::{Weighed, unknown_amplitudes};
 
 /// Misfit per value up to which an explanation of a drive is adequate.
@@ -63,6 +64,8 @@ pub(crate) struct Rivals {
     pub log_unknown: f64,
     /// Effects that were not asked, with the reason.
     pub not_asked: Vec<(String, String)>,
+    /// The way along which the data are explained, where it is another than the log's path was taken for.
+    pub another_way: Option<OtherWay>,
 }
 
 /// Fits and weighs all rivals, and gives the predictor of where the inputs most probably were; the inner error is the reason why the
@@ -79,6 +82,7 @@ pub(crate) fn weigh_rivals(
 ) -> Result<Result<(Rivals, AnyPredictor), String>, GapError> {
     let null = Hypothesis::null(setup.law.clone(), Arc::clone(&setup.soil));
     drop_unanswered(data, predictor, &null, &vec![0.0; null.len()]);
+    let as_read = data.clone();
     let free = null.len();
     if data.len() < free + 3 {
         let dropped: Vec<String> = data
@@ -116,6 +120,17 @@ pub(crate) fn weigh_rivals(
         null: &null,
     };
     let (mut round, mut predictor) = settle(data, &common, &fitted, noise, centred)?;
+    if let Some(k) = ways::better(data, &common, &*predictor, &round)
+        && let Some(way) = common.predictor.other_ways().into_iter().nth(k)
+    {
+        *data = as_read;
+        way.take(data);
+        let found = weigh_rivals(data, &*way.predictor, setup, settings, candidates)?;
+        return Ok(found.map(|(mut rivals, predictor)| {
+            rivals.another_way = Some(way);
+            (rivals, predictor)
+        }));
+    }
     let mut reshaped = None;
     if setup.kind == LogKind::Drive {
         let (mut found, asked) = reshape(data, &*predictor, setup, &null, &round, None);
@@ -183,6 +198,7 @@ pub(crate) fn weigh_rivals(
         behind,
         log_unknown,
         not_asked,
+        another_way: None,
     };
     Ok(Ok((rivals, predictor)))
 }

@@ -22,6 +22,7 @@ use crate::pairs::confirm_pairs;
 use crate::predictor::{AnyPredictor, Predictor};
 use crate::renewal::{Before, hopeless};
 use crate::roughness;
+use crate::screen::within_reach;
 use crate::settings::{LogKind, Settings};
 use crate::setup::{Screened, Setup};
 use crate::signatures::{Asked, by_the_law, screen_all};
@@ -38,6 +39,8 @@ const PAIRS_FROM: f64 = 3.0;
 const LEAVES: f64 = 0.5;
 /// Share of the best explanation's gain from which an effect's other formulas are asked, however far it is behind.
 const MOST: f64 = 0.9;
+/// Misfit per value up to which data are explained as well as noise lets tell.
+const EXPLAINED: f64 = 1.05;
 /// What the noise is called where it is not taken at the end of the explanation's fit.
 const OWN_NOISE: &str = "noise by the best explanation";
 /// How often.
@@ -81,7 +84,7 @@ pub(crate) struct Common<'a, 'b> {
 
 impl<'a, 'b> Common<'a, 'b> {
     /// The same with another predictor.
-    fn by(&self, predictor: &'a dyn Predictor) -> Common<'a, 'b> {
+    pub(crate) fn by(&self, predictor: &'a dyn Predictor) -> Common<'a, 'b> {
         Common { predictor, ..*self }
     }
 }
@@ -221,29 +224,8 @@ impl Round {
 
     /// Weighs these forms beside the rest.
     fn widen(&mut self, data: &DataSet, common: &Common<'_, '_>, forms: Asked) {
-        let (screen, asked) = screen_all(
-            data,
-            common.predictor,
-            common.null,
-            &self.at_null,
-            &forms,
-            &self.plain,
-            &mut vec![],
-        );
-        let mut singles = confirm_singles(
-            data,
-            common.predictor,
-            common.setup,
-            common.null,
-            &self.null_weighed,
-            &self.found.weighed,
-            &self.levels,
-            &screen,
-            &asked,
-            None,
-            self.best(),
-            &mut vec![],
-        );
+        let (screen, asked) = self.screened(data, common, &forms);
+        let mut singles = self.confirmed(data, common, &screen, &asked, self.best());
         let from = self.screen.len();
         singles.retain(|(_, w)| w.iter().any(|w| w.fitted));
         singles.iter_mut().for_each(|(k, _)| *k += from);
@@ -251,6 +233,81 @@ impl Round {
         self.asked.extend(asked);
         self.singles.extend(singles);
         self.candidates.effects.extend(forms);
+    }
+
+    /// These effects screened where this round's are.
+    fn screened(
+        &self,
+        data: &DataSet,
+        common: &Common<'_, '_>,
+        effects: &[Arc<dyn AnyEffect>],
+    ) -> (Vec<Screened>, Asked) {
+        screen_all(
+            data,
+            common.predictor,
+            common.null,
+            &self.at_null,
+            effects,
+            &self.plain,
+            &mut vec![],
+        )
+    }
+
+    /// These effects weighed beside the rest.
+    fn confirmed(
+        &self,
+        data: &DataSet,
+        common: &Common<'_, '_>,
+        screen: &[Screened],
+        asked: &Asked,
+        known: Option<&Weighed>,
+    ) -> Vec<(usize, Vec<Weighed>)> {
+        confirm_singles(
+            data,
+            common.predictor,
+            common.setup,
+            common.null,
+            &self.null_weighed,
+            &self.found.weighed,
+            &self.levels,
+            screen,
+            asked,
+            None,
+            known,
+            &mut vec![],
+        )
+    }
+
+    /// ln Z of the best of these effects by a predictor of its own, where it is more than this. Where soil was led astray no tangent
+    /// tells what a fit gains: they are asked if the nominal law does not explain the data.
+    pub(crate) fn gained_by(
+        &self,
+        data: &DataSet,
+        common: &Common<'_, '_>,
+        effects: &[Arc<dyn AnyEffect>],
+        bar: f64,
+    ) -> Option<f64> {
+        let (screen, asked) = self.screened(data, common, effects);
+        let none = self.null_weighed.log_evidence;
+        let promises = |s: &Screened| none + within_reach(s.score.log_bayes_factor) > bar;
+        if !screen.iter().any(promises) && explained(&self.null_weighed) {
+            return None;
+        }
+        let singles = self.confirmed(data, common, &screen, &asked, None);
+        let all = singles.iter().flat_map(|(_, w)| w).filter(|w| w.fitted);
+        let most = all.map(|w| w.log_evidence).max_by(f64::total_cmp);
+        most.filter(|most| *most > bar)
+    }
+
+    /// Whether the nominal law does not explain the data, but something does.
+    pub(crate) fn explains_a_gap(&self) -> bool {
+        !explained(&self.null_weighed) && self.all().any(explained)
+    }
+
+    /// ln Z of the best of all.
+    pub(crate) fn most(&self) -> f64 {
+        let best = self.best().map_or(f64::NEG_INFINITY, |w| w.log_evidence);
+        best.max(self.null_weighed.log_evidence)
     }
 
     /// Partners for the best single cause, where it is far better in another form than in the one that had partners already.
@@ -480,6 +537,11 @@ impl Round {
         let all = self.all();
         all.max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence))
     }
+}
+
+/// Whether data are explained as well as noise lets tell.
+fn explained(by: &Weighed) -> bool {
+    by.chi2_per_value() < EXPLAINED
 }
 
 /// Whether an explanation stands near the data, or takes most of the nominal law's misfit away, both per value.

@@ -11,6 +11,7 @@ mod several;
 mod slip_noise;
 mod vehicle;
 mod watch;
+mod way;
 
 use terra::data::{DriveLog, Rover, Segment, Series, parse_rover};
 use terra::gap::Diagnosis;

@@ -7,6 +7,7 @@ use terra_data::{DriveLog, Rover, Series, WHEELS};
 use terra_model::{Vehicle, library_slip};
 
 use super::cells::{Line, cells, declared, line};
+use super::way::{Along, Way};
 use super::{
     ACCEL, AROUND, GRAVITY, RAW, SPEED, SPEED_GATE, SPEED_RATE, TORQUE, VALUES, WHEEL, WHEEL_RATE,
     Window, YAW_ACCELERATION, YAW_RATE,
@@ -214,7 +215,7 @@ pub(crate) struct Reader {
     segment: String,
     /// True until a manoeuvre has had its first window.
     first: bool,
-    path: f64,
+    way: Way,
     /// The speed of the window that was read last.
     pub(crate) going: Option<Going>,
     pub(crate) dropped: BTreeMap<String, usize>,
@@ -233,7 +234,7 @@ impl Reader {
             sd: Sensors::default(),
             segment: String::new(),
             first: true,
-            path: 0.0,
+            way: Way::default(),
             going: None,
             dropped: BTreeMap::new(),
         })
@@ -272,9 +273,8 @@ impl Reader {
         name.clone_into(&mut self.segment);
         self.first = true;
         let speed = log.ground_speed.as_ref();
-        if speed.is_some_and(|v| begins_anew(log, v, row, self.sd.speed, self.sd.wheel)) {
-            self.path = 0.0;
-        }
+        let set_down = |v| begins_anew(log, v, row, self.sd.speed, self.sd.wheel);
+        self.way.begin_segment(speed.is_some_and(set_down));
     }
 
     /// The next window by itself, kept by the caller; none where it is left out, which is counted.
@@ -303,8 +303,7 @@ impl Reader {
         });
         // Windows that are left out are driven all the same, and in reverse the way leads back.
         let driven = v.as_ref().map_or(0.0, |v| v.mean) * gap.window;
-        let middle_path = self.path + 0.5 * driven;
-        self.path += driven;
+        let along = self.way.drive(driven);
         // What was before a manoeuvre reaches into its beginning: sensors lag, controllers catch up.
         if std::mem::take(&mut self.first) {
             return Err("the beginning of a manoeuvre");
@@ -404,6 +403,8 @@ impl Reader {
         } else {
             vec![0.0]
         };
+        let told = declared(&log.distance, "window without distance_m")?;
+        let along = told.map_or(along, Along::told);
         let window = Window {
             raw,
             nodes,
@@ -412,7 +413,8 @@ impl Reader {
             roll: cells(&log.roll, "window without roll_rad")?.unwrap_or(0.0),
             payload,
             earlier_passes: (pass - 1.0).max(0.0),
-            path: declared(&log.distance, "window without distance_m")?.unwrap_or(middle_path),
+            path: along.run,
+            other_paths: along.others,
             time,
             around: [gap.window, 2.0 * gap.window, -gap.window],
             known: 0,
