@@ -18,7 +18,6 @@ use crate::screen::within_reach;
 use crate::settings::LogKind;
 use crate::setup::Screened;
 use crate::signatures::{Asked, by_the_law, screen_all};
-use crate::starts::start_anew;
 use crate::weigh::{Amplitudes, NEAR, Weighed, again, contest, weigh, weigh_at, weigh_roughly};
 
 /// Screened gain that a second cause of a drive must promise to be fitted: calibrated thresholds ask for more.
@@ -94,7 +93,6 @@ pub(crate) fn confirm_pairs(
     contrast: bool,
     previous: Option<Before<'_>>,
     roughly: bool,
-    anew: &mut Vec<String>,
 ) -> (Vec<Weighed>, Vec<Beside>) {
     // Against another simulator's log the wheel law's form is off, and a second cause beside an effect of the ground would only
     // mend that: 14 of 38 mock contrasts (seed 12011) with one physical cause were explained by it and another one.
@@ -258,10 +256,6 @@ pub(crate) fn confirm_pairs(
     .flatten()
     .collect();
     pairs.extend(fitted);
-    if kind == LogKind::Drive && !roughly {
-        let mut all: Vec<&mut Weighed> = pairs.iter_mut().collect();
-        start_anew(data, predictor, levels, null.len(), &mut all, None, anew);
-    }
     (pairs, beside)
 }
 

@@ -347,7 +347,6 @@ impl Round {
             common.setup.inherited.is_some(),
             None,
             false,
-            &mut vec![],
         );
         self.beside
             .retain(|b| beside.iter().all(|new| new.first != b.first));
@@ -470,7 +469,7 @@ impl Round {
         Ok(round)
     }
 
-    /// Effects by two, where they may combine, what may stand unseen beside one, and who was fitted anew by now. `roughly`:
+    /// Effects by two, where they may combine, and what may stand unseen beside one. `roughly`:
     /// only the way to the next noise is asked for.
     fn pairs_of(
         &self,
@@ -478,12 +477,11 @@ impl Round {
         common: &Common<'_, '_>,
         before: Option<Before<'_>>,
         roughly: bool,
-    ) -> (Vec<Weighed>, Vec<Beside>, Vec<String>) {
-        let mut anew = self.anew.clone();
+    ) -> (Vec<Weighed>, Vec<Beside>) {
         if common.settings.combine < 2 {
-            return (vec![], vec![], anew);
+            return (vec![], vec![]);
         }
-        let (pairs, beside) = confirm_pairs(
+        confirm_pairs(
             data,
             common.predictor,
             common.null,
@@ -497,13 +495,11 @@ impl Round {
             common.setup.inherited.is_some(),
             before,
             roughly,
-            &mut anew,
-        );
-        (pairs, beside, anew)
+        )
     }
 
-    fn take_pairs(&mut self, weighed: (Vec<Weighed>, Vec<Beside>, Vec<String>)) {
-        (self.pairs, self.beside, self.anew) = weighed;
+    fn take_pairs(&mut self, weighed: (Vec<Weighed>, Vec<Beside>)) {
+        (self.pairs, self.beside) = weighed;
     }
 
     pub(crate) fn all(&self) -> impl Iterator<Item = &Weighed> {

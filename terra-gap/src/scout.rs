@@ -18,7 +18,7 @@ use crate::signatures::Asked;
 use crate::thin::Thin;
 
 /// Effects that are looked at with the noise as it is.
-const CLOSER: usize = 10;
+const CLOSER: usize = 6;
 /// Units of cost, with the noise taken much larger, within which another is about as near as the last of these.
 const TIED: f64 = 1.0;
 /// Prior sd at which a one-sided effect begins: at its bound it may never leave.

@@ -38,7 +38,7 @@ pub(crate) const EFFECT: f64 = 6.0;
 /// Misfit per value of the nearest explanation above which none follows the drive.
 const UNEXPLAINED: f64 = 1.3;
 /// Effects that are followed on few windows, and on all of them, where nothing explains a drive.
-const FOLLOWED: (usize, usize) = (12, 3);
+const FOLLOWED: (usize, usize) = (8, 2);
 /// Misfit per value from which a second round of terms is asked for.
 const FAR: f64 = 1.1;
 
