@@ -125,6 +125,35 @@ impl NoiseModel {
     /// # Errors
     /// [`GapError::NotPositiveDefinite`].
     pub(crate) fn whitener(&self, data: &DataSet) -> Result<Whitener, GapError> {
+        self.whitener_beside(data, self.common.as_ref())
+    }
+
+    /// The whitener of noise plus a discrepancy of relative amplitude `a` (for rig logs).
+    ///
+    /// # Errors
+    /// [`GapError::NotPositiveDefinite`].
+    pub(crate) fn whitener_with_discrepancy(
+        &self,
+        data: &DataSet,
+        a: f64,
+    ) -> Result<Whitener, GapError> {
+        if a == 0.0 {
+            return self.whitener(data);
+        }
+        let smooth = discrepancy(data) * a;
+        let all = match &self.common {
+            Some(common) => stacked_columns(common, &smooth),
+            None => smooth,
+        };
+        self.whitener_beside(data, Some(&all))
+    }
+
+    /// The whitener of every observation's own noise and directions that all share.
+    fn whitener_beside(
+        &self,
+        data: &DataSet,
+        common: Option<&DMatrix<f64>>,
+    ) -> Result<Whitener, GapError> {
         let mut log_det = 0.0;
         let blocks = self
             .blocks
@@ -138,70 +167,14 @@ impl NoiseModel {
                 Ok(c)
             })
             .collect::<Result<Vec<_>, GapError>>()?;
-        let shared = self.common.as_ref().map(|common| {
+        let shared = common.map(|common| {
             let (shared, more) = shared(by_blocks(&blocks, common));
             log_det += more;
             shared
         });
         Ok(Whitener {
-            kind: match shared {
-                Some(shared) => Kind::Shared(blocks, shared),
-                None => Kind::Blocks(blocks),
-            },
-            log_det,
-        })
-    }
-
-    /// The whitener of noise plus a discrepancy of relative amplitude `a` (dense: for rig logs).
-    ///
-    /// # Errors
-    /// [`GapError::NotPositiveDefinite`].
-    pub(crate) fn whitener_with_discrepancy(
-        &self,
-        data: &DataSet,
-        a: f64,
-    ) -> Result<Whitener, GapError> {
-        if a == 0.0 {
-            return self.whitener(data);
-        }
-        let places: Vec<(usize, usize)> = data.stacked().collect();
-        let n = places.len();
-        let slip = |i: usize| {
-            data.observations[i]
-                .factors
-                .get("slip")
-                .copied()
-                .unwrap_or(0.0)
-        };
-        self.dense(DMatrix::from_fn(n, n, |r, c| {
-            let ((i, ci), (j, cj)) = (places[r], places[c]);
-            if ci != cj {
-                return 0.0;
-            }
-            let d = (slip(i) - slip(j)) / DISCREPANCY_LENGTH;
-            let s = a * data.channels[ci].scale;
-            s * s * (-0.5 * d * d).exp()
-        }))
-    }
-
-    /// The whitener of this noise on top of another covariance.
-    fn dense(&self, mut full: DMatrix<f64>) -> Result<Whitener, GapError> {
-        let mut at = 0;
-        for b in &self.blocks {
-            let m = b.nrows();
-            let mut view = full.view_mut((at, at), (m, m));
-            view += b;
-            at += m;
-        }
-        if let Some(common) = &self.common {
-            full += common * common.transpose();
-        }
-        let c = Cholesky::new(full).ok_or_else(|| GapError::NotPositiveDefinite {
-            what: "noise that values share".to_owned(),
-        })?;
-        let log_det = log_determinant(&c);
-        Ok(Whitener {
-            kind: Kind::Dense(Box::new(c)),
+            blocks,
+            shared,
             log_det,
         })
     }
@@ -277,41 +250,82 @@ fn shared(u: DMatrix<f64>) -> (DMatrix<f64>, f64) {
     (a, 2.0 * s.iter().map(|s| s.ln()).sum::<f64>())
 }
 
+/// Variance of a discrepancy that is left out of its columns, by that of a channel's scale.
+const LEFT_OUT: f64 = 1e-13;
+
+/// Columns F of a discrepancy of amplitude 1, F F' = diag(s) K diag(s): a smooth function of slip has few, however many values.
+///
+/// Cholesky's, with the value next that is known least, until all are known.
+fn discrepancy(data: &DataSet) -> DMatrix<f64> {
+    let places: Vec<(usize, usize)> = data.stacked().collect();
+    let slip = |row: usize| {
+        let factors = &data.observations[places[row].0].factors;
+        factors.get("slip").copied().unwrap_or(0.0)
+    };
+    let mut columns: Vec<DVector<f64>> = vec![];
+    for (channel, info) in data.channels.iter().enumerate() {
+        let rows: Vec<usize> = (0..places.len())
+            .filter(|&row| places[row].1 == channel)
+            .collect();
+        let first = columns.len();
+        let mut left: Vec<f64> = vec![1.0; rows.len()];
+        while let Some((pivot, &most)) = left.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1))
+            && most > LEFT_OUT
+        {
+            let root = most.sqrt();
+            let mut column = DVector::zeros(places.len());
+            for (k, &row) in rows.iter().enumerate() {
+                let d = (slip(row) - slip(rows[pivot])) / DISCREPANCY_LENGTH;
+                let known: f64 = columns[first..]
+                    .iter()
+                    .map(|c| c[row] * c[rows[pivot]])
+                    .sum();
+                let value = ((-0.5 * d * d).exp() - known) / root;
+                column[row] = value;
+                left[k] -= value * value;
+            }
+            // What is known of itself is known.
+            left[pivot] = 0.0;
+            columns.push(column);
+        }
+        for column in &mut columns[first..] {
+            *column *= info.scale;
+        }
+    }
+    match columns.is_empty() {
+        true => DMatrix::zeros(places.len(), 0),
+        false => DMatrix::from_columns(&columns),
+    }
+}
+
+/// Columns of one and then of the other.
+fn stacked_columns(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
+    let mut out = DMatrix::zeros(a.nrows(), a.ncols() + b.ncols());
+    out.columns_mut(0, a.ncols()).copy_from(a);
+    out.columns_mut(a.ncols(), b.ncols()).copy_from(b);
+    out
+}
+
 /// W with W' W = covariance^-1.
 #[derive(Clone, Debug)]
 pub(crate) struct Whitener {
-    kind: Kind,
+    /// Of every observation its own.
+    blocks: Vec<Cholesky<f64, Dyn>>,
+    /// A few directions that all share, as [`shared`].
+    shared: Option<DMatrix<f64>>,
     /// ln det of the covariance.
     pub log_det: f64,
-}
-
-#[derive(Clone, Debug)]
-enum Kind {
-    /// Every observation its own.
-    Blocks(Vec<Cholesky<f64, Dyn>>),
-    /// The same, and a few directions that all share, as [`shared`].
-    Shared(Vec<Cholesky<f64, Dyn>>, DMatrix<f64>),
-    /// Any.
-    Dense(Box<Cholesky<f64, Dyn>>),
 }
 
 impl Whitener {
     /// W m for stacked rows.
     pub(crate) fn apply(&self, m: &DMatrix<f64>) -> DMatrix<f64> {
-        match &self.kind {
-            Kind::Dense(c) => {
-                let mut out = m.clone();
-                c.l_dirty().solve_lower_triangular_mut(&mut out);
-                out
-            }
-            Kind::Blocks(blocks) => by_blocks(blocks, m),
-            Kind::Shared(blocks, shared) => {
-                let mut out = by_blocks(blocks, m);
-                let along = shared.tr_mul(&out);
-                out.gemm(-1.0, shared, &along, 1.0);
-                out
-            }
+        let mut out = by_blocks(&self.blocks, m);
+        if let Some(shared) = &self.shared {
+            let along = shared.tr_mul(&out);
+            out.gemm(-1.0, shared, &along, 1.0);
         }
+        out
     }
 
     /// W v.
@@ -355,6 +369,77 @@ mod tests {
             dropped: BTreeMap::new(),
             notes: vec![],
             short_scatter: vec![],
+        }
+    }
+
+    /// A discrepancy is a covariance a² s² exp(-(Δ slip)²/(2 ℓ²)) inside each channel on top of the blocks, with what values share
+    /// already: |W v|² and ln det of all that, assembled, although it is far larger than the noise and two slips are the same.
+    #[test]
+    fn a_discrepancy_is_a_covariance_of_few_columns() {
+        let mut data = data();
+        for (k, o) in data.observations.iter_mut().enumerate() {
+            o.factors.insert("slip", [0.1, 0.7, 0.1][k]);
+        }
+        (data.channels[0].scale, data.channels[1].scale) = (3.0, 20.0);
+        let block = |&m: &usize| DMatrix::from_fn(m, m, |r, c| if r == c { 1.0 } else { 0.3 });
+        let blocks: Vec<DMatrix<f64>> = [2, 1, 2].iter().map(block).collect();
+        let slips = [0.1, 0.1, 0.7, 0.1, 0.1];
+        let channels = [0, 1, 1, 0, 1];
+        for common in [
+            None,
+            Some(DMatrix::from_fn(5, 2, |r, c| ((2 * r + c) as f64).cos())),
+        ] {
+            let a = 0.3;
+            let mut whole = DMatrix::from_fn(5, 5, |r, c| {
+                if channels[r] != channels[c] {
+                    return 0.0;
+                }
+                let s = a * data.channels[channels[r]].scale;
+                let d: f64 = (slips[r] - slips[c]) / DISCREPANCY_LENGTH;
+                s * s * (-0.5 * d * d).exp()
+            });
+            let mut at = 0;
+            for b in &blocks {
+                let mut view = whole.view_mut((at, at), (b.nrows(), b.nrows()));
+                view += b;
+                at += b.nrows();
+            }
+            if let Some(g) = &common {
+                whole += g * g.transpose();
+            }
+            let noise = NoiseModel {
+                blocks: blocks.clone(),
+                common,
+                added: vec![],
+            };
+            let whitener = noise.whitener_with_discrepancy(&data, a).unwrap();
+            let v = DVector::from_fn(5, |r, _| 1.0 - 0.7 * r as f64);
+            let direct = v.dot(&whole.clone().lu().solve(&v).unwrap());
+            let whitened = whitener.apply_vector(&v).norm_squared();
+            assert!(
+                (whitened - direct).abs() < 1e-11 * direct,
+                "{whitened} {direct}"
+            );
+            assert!((whitener.log_det - whole.determinant().ln()).abs() < 1e-11);
+        }
+    }
+
+    /// Of a thousand slips from braking to spinning a smooth function has some thirty columns, and they are the whole of it.
+    #[test]
+    fn a_smooth_function_of_slip_has_few_columns() {
+        let mut data = data();
+        let one = data.observations[1].clone();
+        let slip = |k: usize| -1.0 + 2.0 * k as f64 / 999.0;
+        data.observations = (0..1000).map(|_| one.clone()).collect();
+        for (k, o) in data.observations.iter_mut().enumerate() {
+            o.factors.insert("slip", slip(k));
+        }
+        let f = discrepancy(&data);
+        assert!((15..=40).contains(&f.ncols()), "{}", f.ncols());
+        for (i, j) in [(0, 0), (3, 400), (500, 550), (999, 998)] {
+            let d: f64 = (slip(i) - slip(j)) / DISCREPANCY_LENGTH;
+            let found = f.row(i).dot(&f.row(j));
+            assert!((found - (-0.5 * d * d).exp()).abs() < 1e-12, "{i} {j}");
         }
     }
 
