@@ -48,8 +48,8 @@ const RENEWALS: usize = 2;
 
 /// What was weighed under one noise.
 pub(crate) struct Round {
-    /// Who is asked, with or without a trace.
-    candidates: Candidates,
+    /// Who is asked, with or without a trace; other forms too, where they came to be asked.
+    pub candidates: Candidates,
     pub noise: NoiseModel,
     pub plain: Whitener,
     pub levels: Amplitudes,

@@ -26,7 +26,7 @@ pub(crate) fn better(
     round: &Round,
 ) -> Option<usize> {
     let by_path = |e: &&Arc<dyn AnyEffect>| e.reads().contains(&Circumstance::Path);
-    let effects = common.candidates.effects.iter().filter(by_path);
+    let effects = round.candidates.effects.iter().filter(by_path);
     let effects: Asked = effects.map(Arc::clone).collect();
     if effects.is_empty() || round.explains_a_gap() {
         return None;
