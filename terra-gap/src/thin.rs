@@ -15,8 +15,6 @@ use crate::signatures::columns;
 
 /// How many times the noise is taken larger where the prior is to hold the soil back: first, and on the way down.
 const LOOSE: [f64; 2] = [10.0, 3.0];
-/// One window in so many is enough for a way that the prior holds back.
-const SPARSE: usize = 2;
 
 /// |x|² of a soil and effects as far as they are believed: eight at two and a half prior sd.
 const FARTHEST_SOIL: f64 = 50.0;
@@ -52,19 +50,11 @@ impl Begun {
     }
 }
 
-/// Noise that is taken larger: so many times, on the few windows that are left for it.
-struct Loose {
-    times: f64,
-    whitener: Whitener,
-}
-
 /// Some windows of a log with their noise.
 pub(crate) struct Thin {
     data: DataSet,
     whitener: Whitener,
-    /// Fewer still, for ways that the prior holds back.
-    sparse: DataSet,
-    loose: [Loose; 2],
+    loose: [Whitener; 2],
     all: bool,
     /// Which of all stacked values they hold; none where the noise ties windows together.
     rows: Option<Vec<usize>>,
@@ -86,27 +76,14 @@ impl Thin {
         let rows = data.stacked().enumerate();
         let rows = rows.filter(|(_, (i, _))| kept(*i)).map(|(row, _)| row);
         let rows = noise.is_separate().then(|| rows.collect());
-        let fewer: Vec<usize> = keep
-            .iter()
-            .copied()
-            .skip(SPARSE / 2)
-            .step_by(SPARSE)
-            .collect();
-        let (sparse, of_sparse) = (data.subset(&fewer), noise.subset(&fewer));
         let data = data.subset(&keep);
-        // As strong beside the prior as the noise would be on all of these.
-        let share = (sparse.len() as f64 / data.len() as f64).sqrt();
-        let loose = |times: f64| -> Result<Loose, GapError> {
-            let times = times * share;
-            let whitener = of_sparse.times(times).whitener(&sparse)?;
-            Ok(Loose { times, whitener })
-        };
-        let loose = [loose(LOOSE[0])?, loose(LOOSE[1])?];
         let noise = noise.subset(&keep);
         Ok(Thin {
             whitener: noise.whitener(&data)?,
-            loose,
-            sparse,
+            loose: [
+                noise.times(LOOSE[0]).whitener(&data)?,
+                noise.times(LOOSE[1]).whitener(&data)?,
+            ],
             all: every == 1,
             data,
             rows,
@@ -270,16 +247,15 @@ impl Thin {
 
     fn begun(
         &self,
-        loose: &Loose,
+        noise: &Whitener,
         predictor: &dyn Predictor,
         null: &Hypothesis,
         end: &Fit,
         effects: &[Arc<dyn AnyEffect>],
     ) -> Result<Begun, GapError> {
         let x = end.x.as_slice();
-        let (data, noise) = (&self.sparse, &loose.whitener);
-        let here = evaluate(data, predictor, null, x, &end.near)?;
-        let columns = columns(data, predictor, null, x, &end.near, effects, noise);
+        let here = evaluate(&self.data, predictor, null, x, &end.near)?;
+        let columns = columns(&self.data, predictor, null, x, &end.near, effects, noise);
         let finite = |c: &DVector<f64>| c.iter().all(|v| v.is_finite());
         Ok(Begun {
             end: Fit {
@@ -295,29 +271,29 @@ impl Thin {
     /// Whether a fit that was held back ended so high that letting it go leads to no such misfit per value.
     ///
     /// With the noise L times larger the least of |r|²/L² + |x|² is c: with the noise as it is no x of a smaller norm than
-    /// the prior's leaves less than L² (c - |x|²) on the few windows that it was held back on.
+    /// the prior's leaves less than L² (c - |x|²).
     pub(crate) fn is_beyond(&self, held_back: &Fit, misfit: f64) -> bool {
-        self.beyond(&self.loose[0], held_back, misfit)
+        self.beyond(LOOSE[0], held_back, misfit)
     }
 
     /// The same of one half way.
     pub(crate) fn is_beyond_half_way(&self, half_way: &Fit, misfit: f64) -> bool {
-        self.beyond(&self.loose[1], half_way, misfit)
+        self.beyond(LOOSE[1], half_way, misfit)
     }
 
-    fn beyond(&self, loose: &Loose, fit: &Fit, misfit: f64) -> bool {
-        loose.times.powi(2) * (fit.cost - FARTHEST_SOIL) > misfit * self.sparse.len() as f64
+    fn beyond(&self, times: f64, fit: &Fit, misfit: f64) -> bool {
+        times * times * (fit.cost - FARTHEST_SOIL) > misfit * self.data.len() as f64
     }
 
     fn loosely(
         &self,
-        loose: &Loose,
+        noise: &Whitener,
         predictor: &dyn Predictor,
         hypothesis: &Hypothesis,
         start: Vec<f64>,
         known: Option<Known>,
     ) -> Result<Fit, GapError> {
-        let (data, noise, effort) = (&self.sparse, &loose.whitener, Effort::Roughly);
+        let (data, effort) = (&self.data, Effort::Roughly);
         fit_from(data, predictor, hypothesis, noise, &[start], known, effort)
     }
 }
