@@ -2,8 +2,7 @@
 //! vehicle down elsewhere begins anew.
 //!
 //! The first way is that of the vehicle's position ([`Reader`](crate::drive)). Another one is taken where an effect that acts by the
-//! path explains the data far better along it than anything along the first: of a drift of half the soil's strength along ten
-//! metres no other effect explains anything along a wrong way.
+//! path explains the data far better along it than anything along the first.
 
 use std::sync::Arc;
 
