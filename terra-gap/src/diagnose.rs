@@ -14,7 +14,7 @@ use crate::hypothesis::Hypothesis;
 use crate::locate::{Place, places};
 use crate::logs::JoinedLogs;
 use crate::next::{Experiment, suggest};
-use crate::predictor::{OtherWay, Predictor};
+use crate::predictor::Predictor;
 use crate::rivals::weigh_rivals;
 use crate::settings::{LogKind, Settings};
 use crate::setup::{Screened, Setup};
@@ -173,8 +173,7 @@ pub(crate) fn diagnose(
         Err(reason) => return Ok(Diagnosis::unidentifiable(data, setup, candidates, reason)),
     };
     let predictor = &*predictor;
-    let another_way = rivals.another_way.as_ref();
-    let measured = another_way.map_or(measured, |way| &*way.predictor);
+    let measured = rivals.measured.as_deref().unwrap_or(measured);
     let calibration = calibrate(
         &data,
         (measured, predictor),
@@ -228,7 +227,8 @@ pub(crate) fn diagnose(
     // Against another simulator the soil starts from that one's.
     let own_start = setup.inherited.is_none();
     let mut heed = heed(rivals.given / n, own_start.then_some((h, f)));
-    heed.extend(rivals.another_way.as_ref().map(OtherWay::heed));
+    heed.extend(rivals.heed);
+    heed.extend(measured.assumes().map(str::to_owned));
     heed.extend(
         (decision.verdict == "unknown")
             .then(|| understated(&data, f))

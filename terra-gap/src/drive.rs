@@ -111,6 +111,11 @@ impl<P, const WHEELS: usize> Entries<P, WHEELS> {
     }
 }
 
+/// Share of a wheel's load that goes to the other side in some window where it matters whether any does.
+const LEANS: f64 = 0.002;
+/// What is said of a diagnosis in which none does.
+const UPRIGHT: &str = "explained best if no load goes to the outer wheels in turns, as in a simulator whose vehicle stays upright: a real one leans by its cg_height_m";
+
 /// What the ground gives a wheel.
 struct OnWheel<T> {
     pull: T,
@@ -158,6 +163,9 @@ pub(crate) struct Window {
     known: usize,
     /// Number of its log.
     log: usize,
+    /// Share of the load that goes to the outer wheels in turns and on a slope aside which does: 1, or 0 of a vehicle that stays
+    /// upright.
+    leaning: f64,
 }
 
 /// What a window is given beside its raw quantities, in the scalar of its readings.
@@ -170,6 +178,7 @@ struct Given<T> {
     path: T,
     time: T,
     around: [T; 3],
+    leaning: T,
     forwards: bool,
 }
 
@@ -185,6 +194,7 @@ impl<T: Scalar> From<&Window> for Given<T> {
             path: T::from(window.path),
             time: T::from(window.time),
             around: window.around.map(T::from),
+            leaning: T::from(window.leaning),
             forwards: window.forwards(),
         }
     }
@@ -201,6 +211,7 @@ impl<T: Scalar> Given<T> {
             path: self.path.primal(),
             time: self.time.primal(),
             around: self.around.map(T::primal),
+            leaning: self.leaning.primal(),
             forwards: self.forwards,
         }
     }
@@ -419,6 +430,24 @@ impl Predict for DrivePredictor {
             out.windows[*index].raw.copy_from_slice(raw);
         }
         out
+    }
+
+    fn otherwise_loaded(&self) -> Option<Self> {
+        let (h, track) = (self.vehicle.cg_height, self.vehicle.track);
+        let leans = |w: &Window| {
+            let aside = w.raw[SPEED] * w.raw[YAW_RATE] + w.roll.sin() * GRAVITY;
+            (2.0 * h * aside / (GRAVITY * track)).abs() > LEANS
+        };
+        let mut out = self.clone();
+        for window in &mut out.windows {
+            window.leaning = 1.0 - window.leaning;
+        }
+        self.windows.iter().any(leans).then_some(out)
+    }
+
+    fn assumes(&self) -> Option<&'static str> {
+        let upright = |w: &Window| w.leaning == 0.0;
+        self.windows.first().is_some_and(upright).then_some(UPRIGHT)
     }
 
     fn other_ways(&self) -> Vec<OtherWay> {

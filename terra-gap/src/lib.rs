@@ -32,6 +32,7 @@ mod holdout;
 mod hypothesis;
 mod kinematic;
 mod latent;
+mod loads;
 mod locate;
 mod logs;
 mod memory;

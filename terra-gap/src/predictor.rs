@@ -163,6 +163,17 @@ pub(crate) trait Predict: Clone + Sync + Send + 'static {
     #[must_use]
     fn with_raw(&self, replaced: &[(usize, Vec<f64>)]) -> Self;
 
+    /// The same of a vehicle whose load goes to the outer wheels in turns where it does not here, or the other way round; none where
+    /// that makes no difference.
+    fn otherwise_loaded(&self) -> Option<Self> {
+        None
+    }
+
+    /// What it takes for granted that is not so of every vehicle.
+    fn assumes(&self) -> Option<&'static str> {
+        None
+    }
+
     /// The same where the path that a log does not tell is counted another way.
     fn other_ways(&self) -> Vec<OtherWay> {
         vec![]
@@ -230,6 +241,12 @@ pub(crate) trait Predictor: Sync + Send {
     #[must_use]
     fn with_raw(&self, replaced: &[(usize, Vec<f64>)]) -> AnyPredictor;
 
+    /// As [`Predict::otherwise_loaded`].
+    fn otherwise_loaded(&self) -> Option<AnyPredictor>;
+
+    /// As [`Predict::assumes`].
+    fn assumes(&self) -> Option<&'static str>;
+
     /// As [`Predict::other_ways`].
     fn other_ways(&self) -> Vec<OtherWay>;
 
@@ -294,6 +311,15 @@ impl<K: Predict> Predictor for K {
 
     fn with_raw(&self, replaced: &[(usize, Vec<f64>)]) -> AnyPredictor {
         Arc::new(Predict::with_raw(self, replaced))
+    }
+
+    fn otherwise_loaded(&self) -> Option<AnyPredictor> {
+        let other = Predict::otherwise_loaded(self)?;
+        Some(Arc::new(other))
+    }
+
+    fn assumes(&self) -> Option<&'static str> {
+        Predict::assumes(self)
     }
 
     fn other_ways(&self) -> Vec<OtherWay> {

@@ -13,9 +13,10 @@ use crate::fit::Fit;
 use crate::forms::{FREE, Ground, Named, ask_again};
 use crate::hypothesis::Hypothesis;
 use crate::noise::{NoiseModel, Whitener};
+use crate::loads::{self, Doubt};
 use crate::null::{Refit, drop_unanswered, refit};
-use crate::predictor::{AnyPredictor, OtherWay, Predictor};
-use crate::round::{Common, Round, settle};
+use crate::predictor::{AnyPredictor, Predictor};
+use crate::round::{Common, Round, explained, settle};
 use crate::settings::{LogKind, Settings};
 use crate::setup::{ADEQUATE, Screened, Setup};
 use crate::structures::weigh_structures;
@@ -64,8 +65,29 @@ pub(crate) struct Rivals {
     pub log_unknown: f64,
     /// Effects that were not asked, with the reason.
     pub not_asked: Vec<(String, String)>,
-    /// The way along which the data are explained, where it is another than the log's path was taken for.
-    pub another_way: Option<OtherWay>,
+    /// What predicts the log as it was measured, where that is not what was given: along another way, or otherwise loaded.
+    pub measured: Option<AnyPredictor>,
+    /// What is to be heeded for it.
+    pub heed: Vec<String>,
+}
+
+impl Rivals {
+    fn all(&self) -> impl Iterator<Item = &Weighed> {
+        let singles = self.singles.iter().flat_map(|(_, w)| w);
+        singles.chain(&self.pairs).chain([&self.null_weighed])
+    }
+
+    /// ln Z of the best, [less](loads::says) what a second cause must gain.
+    fn say(&self) -> f64 {
+        self.all().map(loads::says).fold(f64::NEG_INFINITY, f64::max)
+    }
+
+    /// Whether the nominal law or a single effect explains the data, and best.
+    fn are_settled(&self) -> bool {
+        let by_evidence = |a: &&Weighed, b: &&Weighed| loads::says(a).total_cmp(&loads::says(b));
+        let best = self.all().max_by(by_evidence);
+        best.is_some_and(|w| explained(w) && w.hypothesis.effects().len() < 2)
+    }
 }
 
 /// Fits and weighs all rivals, and gives the predictor of where the inputs most probably were; the inner error is the reason why the
@@ -79,7 +101,64 @@ pub(crate) fn weigh_rivals(
     setup: &Setup<'_>,
     settings: &Settings,
     candidates: &Candidates,
-) -> Result<Result<(Rivals, AnyPredictor), String>, GapError> {
+) -> Result<Found, GapError> {
+    let as_read = data.clone();
+    let weigh = |data: &mut DataSet, by: &dyn Predictor, asked: &[Doubt]| {
+        weigh_by(data, by, setup, settings, candidates, asked)
+    };
+    let mut loaded: Option<AnyPredictor> = None;
+    let mut turned_out: Vec<Doubt> = vec![];
+    let found = loop {
+        let asked: &[Doubt] = match turned_out.last() {
+            None => &[Doubt::Nominal, Doubt::Best],
+            Some(Doubt::Nominal) => &[Doubt::Best],
+            Some(Doubt::Best) => &[],
+        };
+        match weigh(data, loaded.as_deref().unwrap_or(predictor), asked)? {
+            Outcome::Found(found) => break found,
+            Outcome::OtherwiseLoaded(doubt, other) => {
+                turned_out.push(doubt);
+                loaded = Some(other);
+                *data = as_read.clone();
+            }
+        }
+    };
+    // By the nominal law alone it may only have looked like the other vehicle.
+    if turned_out == [Doubt::Nominal] && !found.as_ref().is_ok_and(|(r, _)| r.are_settled()) {
+        let mut as_given = as_read;
+        let says = |found: &Found| found.as_ref().map_or(f64::NEG_INFINITY, |(r, _)| r.say());
+        if let Outcome::Found(by_given) = weigh(&mut as_given, predictor, &[])?
+            && says(&by_given) > says(&found)
+        {
+            *data = as_given;
+            return Ok(by_given);
+        }
+    }
+    Ok(found.map(|(mut rivals, centred)| {
+        rivals.measured = rivals.measured.or(loaded);
+        (rivals, centred)
+    }))
+}
+
+/// The rivals with the predictor of where the inputs most probably were, or why the data cannot tell.
+type Found = Result<(Rivals, AnyPredictor), String>;
+
+/// What comes of one way to predict the log.
+enum Outcome {
+    Found(Found),
+    /// It is explained better by a vehicle that is loaded otherwise, this one: where that turned out.
+    OtherwiseLoaded(Doubt, AnyPredictor),
+}
+
+/// The same by one predictor, until one of a vehicle that is loaded otherwise turns out to be better where that is `asked`.
+fn weigh_by(
+    data: &mut DataSet,
+    predictor: &dyn Predictor,
+    setup: &Setup<'_>,
+    settings: &Settings,
+    candidates: &Candidates,
+    asked: &[Doubt],
+) -> Result<Outcome, GapError> {
     let null = Hypothesis::null(setup.law.clone(), Arc::clone(&setup.soil));
     drop_unanswered(data, predictor, &null, &vec![0.0; null.len()]);
     let as_read = data.clone();
@@ -90,7 +169,7 @@ pub(crate) fn weigh_rivals(
             .iter()
             .map(|(why, n)| format!("{n} {why}"))
             .collect();
-        return Ok(Err(format!(
+        return Ok(Outcome::Found(Err(format!(
             "{} usable values for {free} soil parameters{}{}",
             data.len(),
             if dropped.is_empty() {
@@ -99,13 +178,21 @@ pub(crate) fn weigh_rivals(
                 "; left out: "
             },
             dropped.join(", ")
-        )));
+        ))));
     }
     let Some(found) = refit(data, predictor, setup, &null)? else {
-        return Ok(Err(
-            "the re-fit of the nominal model did not converge".to_owned()
-        ));
+        let why = "the re-fit of the nominal model did not converge";
+        return Ok(Outcome::Found(Err(why.to_owned())));
     };
+    let other = |doubt: Doubt| {
+        let other = || predictor.otherwise_loaded();
+        asked.contains(&doubt).then(other).flatten()
+    };
+    if let Some(other) = other(Doubt::Nominal)
+        && loads::better_at_the_null(data, &null, &found)?
+    {
+        return Ok(Outcome::OtherwiseLoaded(Doubt::Nominal, other));
+    }
     let Refit {
         fitted,
         noise,
@@ -120,16 +207,23 @@ pub(crate) fn weigh_rivals(
         null: &null,
     };
     let (mut round, mut predictor) = settle(data, &common, &fitted, noise, centred)?;
+    if let Some(other) = other(Doubt::Best)
+        && loads::better_at_the_best(data, &*predictor, &round)
+    {
+        return Ok(Outcome::OtherwiseLoaded(Doubt::Best, other));
+    }
     if let Some(k) = ways::better(data, &common, &*predictor, &round)
         && let Some(way) = common.predictor.other_ways().into_iter().nth(k)
     {
         *data = as_read;
         way.take(data);
         let found = weigh_rivals(data, &*way.predictor, setup, settings, candidates)?;
-        return Ok(found.map(|(mut rivals, predictor)| {
-            rivals.another_way = Some(way);
+        let found = found.map(|(mut rivals, predictor)| {
+            rivals.heed.push(way.heed());
+            rivals.measured = rivals.measured.or(Some(way.predictor));
             (rivals, predictor)
-        }));
+        });
+        return Ok(Outcome::Found(found));
     }
     let mut reshaped = None;
     if setup.kind == LogKind::Drive {
@@ -198,9 +292,10 @@ pub(crate) fn weigh_rivals(
         behind,
         log_unknown,
         not_asked,
-        another_way: None,
+        measured: None,
+        heed: vec![],
     };
-    Ok(Ok((rivals, predictor)))
+    Ok(Outcome::Found(Ok((rivals, predictor))))
 }
 
 /// The single causes with their formulas left free where the data ask for it, and which were asked; only those of `before`.

@@ -536,7 +536,7 @@ impl Round {
 }
 
 /// Whether data are explained as well as noise lets tell.
-fn explained(by: &Weighed) -> bool {
+pub(crate) fn explained(by: &Weighed) -> bool {
     by.chi2_per_value() < EXPLAINED
 }
 

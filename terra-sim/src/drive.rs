@@ -122,6 +122,7 @@ pub fn simulate_drive_with(
             segment.payload_at.unwrap_or_default(),
         );
         loaded.roll = segment.roll.unwrap_or(0.0);
+        loaded.upright = scenario.world.upright;
         let car = loaded.car;
         let around = Surroundings {
             vehicle: loaded,

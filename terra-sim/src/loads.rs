@@ -24,6 +24,8 @@ pub(crate) struct LoadedVehicle {
     pub(crate) cg_left: f64,
     /// Left side up positive \[rad\].
     pub(crate) roll: f64,
+    /// True: a_y moves no load.
+    pub(crate) upright: bool,
 }
 
 impl LoadedVehicle {
@@ -42,6 +44,7 @@ impl LoadedVehicle {
             car,
             cg_left: share * left,
             roll: 0.0,
+            upright: false,
         }
     }
 
@@ -77,6 +80,7 @@ impl LoadedVehicle {
         let (weight, transfer) = (self.pressing(), car.cg_height * ahead);
         let front = car.mass * (weight * self.rear_arm() - transfer) / (2.0 * car.wheelbase);
         let rear = car.mass * (weight * car.cg_to_front_axle + transfer) / (2.0 * car.wheelbase);
+        let aside = if self.upright { 0.0 } else { aside };
         let lean = 2.0 * (car.cg_height * aside / weight - self.cg_left) / car.track;
         [
             front * (1.0 - lean),

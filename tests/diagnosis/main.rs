@@ -9,6 +9,7 @@ mod properties;
 mod rig;
 mod several;
 mod slip_noise;
+mod upright;
 mod vehicle;
 mod watch;
 mod way;

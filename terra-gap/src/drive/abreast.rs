@@ -260,6 +260,7 @@ impl<'a, T: Abreast> Group<'a, T> {
                     lift(|w| w.around[1]),
                     lift(|w| w.around[2]),
                 ],
+                leaning: lift(|w| w.leaning),
                 forwards: first.forwards(),
             },
             raw: std::array::from_fn(|k| raw(k, gather(k))),

@@ -415,6 +415,7 @@ impl Reader {
             earlier_passes: (pass - 1.0).max(0.0),
             path: along.run,
             other_paths: along.others,
+            leaning: 1.0,
             time,
             around: [gap.window, 2.0 * gap.window, -gap.window],
             known: 0,

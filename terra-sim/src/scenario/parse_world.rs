@@ -36,6 +36,7 @@ pub(super) fn world(root: &Table<'_, '_>) -> Parsed<World> {
         },
         None => SideSlip::Held,
     };
+    let upright = root.get("upright").map_or(Ok(false), |v| v.flag())?;
     let ruts = root.get("rut_memory").map_or(Ok(false), |v| v.flag())?;
     let patches = match root.get("patch") {
         Some(list) => patches(&list)?,
@@ -53,6 +54,7 @@ pub(super) fn world(root: &Table<'_, '_>) -> Parsed<World> {
     Ok(World {
         load_hold,
         side_slip,
+        upright,
         wheels: None,
         patches,
         ruts,

@@ -10,6 +10,9 @@ use terra_data::Start;
 pub struct World {
     /// What holds the vehicle sideways.
     pub side_slip: SideSlip,
+    /// The vehicle stays upright, as in a planar simulator: no load goes to the outer wheels in turns, nor to the lower ones on a
+    /// slope aside.
+    pub upright: bool,
     /// Soil under fl, fr, rl, rr where the two wheels of a side differ.
     pub wheels: Option<[Start; 4]>,
     /// Changes of soil along the path, in order.

@@ -251,6 +251,20 @@ fn a_held_turn_on_constant_forces_has_its_closed_form() {
     }
 }
 
+/// A vehicle that stays upright has the same moment about both axles, and left and right the same load.
+#[test]
+fn an_upright_vehicle_leans_on_neither_side() {
+    let mut scenario = constant_drive(10.0, 30.0, 1.0);
+    scenario.segments[0].roll = Some(0.1);
+    scenario.world.upright = true;
+    let t = truth(&scenario);
+    for i in 0..t.len() {
+        let w = |q: usize| t.normal_load[q][i];
+        assert_eq!([w(0), w(2)], [w(1), w(3)]);
+        assert!((w(0) + w(1) + w(2) + w(3) - 100.0 * GRAVITY * 0.1f64.cos()).abs() < 1e-9);
+    }
+}
+
 /// Payload off the centre: loads by the balance of moments about both axles and the middle.
 #[test]
 fn payload_off_the_centre_loads_its_corner() {
