@@ -44,7 +44,7 @@ use crate::dataset::DataSet;
 use crate::error::GapError;
 use crate::logs::of_log;
 use crate::memory::Memory;
-use crate::predictor::{Design, OtherWay, Predict, Sloped, Yielding};
+use crate::predictor::{Counts, Design, OtherWay, Predict, Sloped, Yielding};
 use crate::sensor;
 use frame::Frames;
 pub(crate) use stance::lift;
@@ -230,6 +230,8 @@ pub(crate) struct DrivePredictor {
     windows: Vec<Window>,
     /// How many logs have a soil of their own.
     soils: usize,
+    /// Whether each axle that rolled over a track is a pass of its own.
+    by_axles: bool,
     frames: Frames,
 }
 
@@ -240,6 +242,7 @@ impl DrivePredictor {
             vehicle,
             windows,
             soils,
+            by_axles: false,
             frames: Frames::default(),
         }
     }
@@ -462,13 +465,29 @@ impl Predict for DrivePredictor {
             for (window, &path) in predictor.windows.iter_mut().zip(&path) {
                 (window.path, window.other_paths) = (path, [path; way::OTHERS]);
             }
+            let counts = if k < way::ODOMETERS {
+                Counts::Odometer(path.clone())
+            } else {
+                Counts::Position(path.clone())
+            };
             out.push(OtherWay {
                 told,
-                odometer: k < way::ODOMETERS,
+                counts,
                 predictor: Arc::new(predictor),
-                path: path.clone(),
             });
             ways.push(path);
+        }
+        if self.windows.iter().any(|w| w.earlier_passes > 0.0) && !self.by_axles {
+            let mut predictor = self.clone();
+            predictor.by_axles = true;
+            for window in &mut predictor.windows {
+                window.earlier_passes *= way::AXLES;
+            }
+            out.push(OtherWay {
+                told: way::BY_AXLES,
+                counts: Counts::Passes,
+                predictor: Arc::new(predictor),
+            });
         }
         out
     }

@@ -174,7 +174,7 @@ pub(crate) trait Predict: Clone + Sync + Send + 'static {
         None
     }
 
-    /// The same where the path that a log does not tell is counted another way.
+    /// The same where the path that a log does not tell, or the passes that it does, are counted another way.
     fn other_ways(&self) -> Vec<OtherWay> {
         vec![]
     }
@@ -331,16 +331,24 @@ impl<K: Predict> Predictor for K {
     }
 }
 
-/// Another way in which the path may be counted.
+/// Another way in which path or passes may be counted.
 pub(crate) struct OtherWay {
     /// How.
     pub told: &'static str,
-    /// Whether forwards and back count alike.
-    pub odometer: bool,
+    /// What of.
+    pub counts: Counts,
     /// Predicts by it.
     pub predictor: AnyPredictor,
-    /// Path of each of its observations \[m\].
-    pub path: Vec<f64>,
+}
+
+/// What may be counted otherwise.
+pub(crate) enum Counts {
+    /// The path, forwards and back alike: that of each observation \[m\].
+    Odometer(Vec<f64>),
+    /// The path of a position.
+    Position(Vec<f64>),
+    /// Earlier passes over a track.
+    Passes,
 }
 
 /// One design: what to do, and the data set it would give with the predictor of its rows.

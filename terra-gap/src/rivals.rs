@@ -12,8 +12,8 @@ use crate::error::GapError;
 use crate::fit::Fit;
 use crate::forms::{FREE, Ground, Named, ask_again};
 use crate::hypothesis::Hypothesis;
-use crate::noise::{NoiseModel, Whitener};
 use crate::loads::{self, Doubt};
+use crate::noise::{NoiseModel, Whitener};
 use crate::null::{Refit, drop_unanswered, refit};
 use crate::predictor::{AnyPredictor, Predictor};
 use crate::round::{Common, Round, explained, settle};
@@ -79,7 +79,9 @@ impl Rivals {
 
     /// ln Z of the best, [less](loads::says) what a second cause must gain.
     fn say(&self) -> f64 {
-        self.all().map(loads::says).fold(f64::NEG_INFINITY, f64::max)
+        self.all()
+            .map(loads::says)
+            .fold(f64::NEG_INFINITY, f64::max)
     }
 
     /// Whether the nominal law or a single effect explains the data, and best.

@@ -1,9 +1,9 @@
-//! A ground that changes along a way that the log does not tell.
+//! A ground that changes along a way that the log does not tell, or by passes that count otherwise.
 
 use terra::gap::{Diagnosis, Settings, diagnose_drive};
 use terra::sim::{Scenario, simulate_drive};
 
-use crate::vehicle::example;
+use crate::vehicle::{effect, example};
 
 /// Change of the soil along 8 m, in the effect's own unit.
 const DRIFT: f64 = 0.4;
@@ -76,5 +76,29 @@ fn a_drift_is_found_along_a_way_that_is_not_told() {
         assert_eq!(heeded, !told, "{:?}", d.heed);
         let path = d.data.observations.last().unwrap().factors["path"];
         assert!((15.0..40.0).contains(&path), "{path}");
+    }
+}
+
+/// A rut in which an earlier pass of the vehicle counts for both of its axles, or as one pass as the nominal law has it: either way the
+/// rut is named with its size, and what was taken otherwise is said.
+#[test]
+fn a_rut_is_found_whichever_way_its_passes_count() {
+    const STIFFER: f64 = 1.6;
+    let (rover, registry, mut scenario) = example();
+    scenario.effects = vec![effect(("multipass", STIFFER))];
+    let rut = scenario.segments.iter().position(|s| s.name == "own rut");
+    for (pass, by_axles) in [(2, false), (3, true)] {
+        scenario.segments[rut.unwrap()].pass = Some(pass);
+        let mut log = simulate_drive(&scenario, &rover, &registry).unwrap().log;
+        let told = log.pass.take().unwrap();
+        let told = told.iter().map(|pass| pass.map(|pass| pass.min(2.0)));
+        log.pass = Some(told.collect());
+        let d = diagnose_drive(&log, &rover, &registry, &Settings::of(&rover)).unwrap();
+        let first = &d.causes[0];
+        assert_eq!(first.name, "multipass", "{:?} {:?}", d.set, d.heed);
+        let found = 0.8 * first.weighed.fit.x[first.weighed.hypothesis.soil_len()];
+        assert!((found / STIFFER - 1.0).abs() < 0.2, "{found}");
+        let heeded = d.heed.iter().any(|h| h.contains("each axle"));
+        assert_eq!(heeded, by_axles, "{:?}", d.heed);
     }
 }

@@ -163,8 +163,7 @@ impl<T: Scalar> Stance<T> {
         let front = share * (to_rear * pressing - transfer);
         let rear = share * (vehicle.cg_to_front_axle * pressing + transfer);
         let aside = speed * yaw_rate + cos * given.sin_roll * GRAVITY;
-        let lean =
-            given.leaning * vehicle.cg_height * aside * 2.0 / (pressing * vehicle.track);
+        let lean = given.leaning * vehicle.cg_height * aside * 2.0 / (pressing * vehicle.track);
 
         let mut stance = Stance {
             vehicle,

@@ -12,6 +12,11 @@ pub(super) const TOLD: [&str; OTHERS] = [
 /// How many of them, the first, are an odometer's.
 pub(super) const ODOMETERS: usize = 2;
 
+/// Axles that roll over a track in one pass of the vehicle, where each is counted.
+pub(super) const AXLES: f64 = 2.0;
+/// What is said then.
+pub(super) const BY_AXLES: &str = "once for each axle that rolled over the track";
+
 /// Metres by which two ways may differ that are one, but for where they begin: the ground starts from any soil.
 const ONE: f64 = 0.1;
 
