@@ -117,7 +117,7 @@ pub(crate) fn weigh_rivals(
             Some(Doubt::Best) => &[],
         };
         match weigh(data, loaded.as_deref().unwrap_or(predictor), asked)? {
-            Outcome::Found(found) => break found,
+            Outcome::Found(found) => break *found,
             Outcome::OtherwiseLoaded(doubt, other) => {
                 turned_out.push(doubt);
                 loaded = Some(other);
@@ -133,7 +133,7 @@ pub(crate) fn weigh_rivals(
             && says(&by_given) > says(&found)
         {
             *data = as_given;
-            return Ok(by_given);
+            return Ok(*by_given);
         }
     }
     Ok(found.map(|(mut rivals, centred)| {
@@ -147,9 +147,15 @@ type Found = Result<(Rivals, AnyPredictor), String>;
 
 /// What comes of one way to predict the log.
 enum Outcome {
-    Found(Found),
+    Found(Box<Found>),
     /// It is explained better by a vehicle that is loaded otherwise, this one: where that turned out.
     OtherwiseLoaded(Doubt, AnyPredictor),
+}
+
+impl Outcome {
+    fn found(found: Found) -> Self {
+        Outcome::Found(Box::new(found))
+    }
 }
 
 /// The same by one predictor, until one of a vehicle that is loaded otherwise turns out to be better where that is `asked`.
@@ -171,7 +177,7 @@ fn weigh_by(
             .iter()
             .map(|(why, n)| format!("{n} {why}"))
             .collect();
-        return Ok(Outcome::Found(Err(format!(
+        return Ok(Outcome::found(Err(format!(
             "{} usable values for {free} soil parameters{}{}",
             data.len(),
             if dropped.is_empty() {
@@ -184,7 +190,7 @@ fn weigh_by(
     }
     let Some(found) = refit(data, predictor, setup, &null)? else {
         let why = "the re-fit of the nominal model did not converge";
-        return Ok(Outcome::Found(Err(why.to_owned())));
+        return Ok(Outcome::found(Err(why.to_owned())));
     };
     let other = |doubt: Doubt| {
         let other = || predictor.otherwise_loaded();
@@ -225,7 +231,7 @@ fn weigh_by(
             rivals.measured = rivals.measured.or(Some(way.predictor));
             (rivals, predictor)
         });
-        return Ok(Outcome::Found(found));
+        return Ok(Outcome::found(found));
     }
     let mut reshaped = None;
     if setup.kind == LogKind::Drive {
@@ -297,7 +303,7 @@ fn weigh_by(
         measured: None,
         heed: vec![],
     };
-    Ok(Outcome::Found(Ok((rivals, predictor))))
+    Ok(Outcome::found(Ok((rivals, predictor))))
 }
 
 /// The single causes with their formulas left free where the data ask for it, and which were asked; only those of `before`.
