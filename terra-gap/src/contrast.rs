@@ -94,7 +94,7 @@ pub(crate) fn against<'a>(
     drop_unanswered(&mut data, predictor, &null, &vec![0.0; null.len()]);
     if data.len() < null.len() {
         return Err(GapError::Simulator(format!(
-            "{} usable values for {} numbers of soil and form",
+            "{} usable values for {} numbers of soil and form: it needs more rows (steady trials at more slips or a ramp) or more channels (torque, sinkage)",
             data.len(),
             null.len()
         )));
