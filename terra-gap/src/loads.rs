@@ -10,7 +10,7 @@ use terra_model::order::descending;
 use crate::dataset::DataSet;
 use crate::error::GapError;
 use crate::evidence::posterior;
-use crate::fit::{Effort, fit_near};
+use crate::fit::{Effort, Fit, fit_near, residual};
 use crate::hypothesis::Hypothesis;
 use crate::null::Refit;
 use crate::parallel::for_each;
@@ -31,6 +31,8 @@ pub(crate) enum Doubt {
 const FAR_BETTER: f64 = 5.0;
 /// And a second cause, which may stand for the load.
 const SECOND: f64 = 6.5;
+/// Nats by which a fit may end better than its tangent promises.
+const BENT: f64 = 50.0;
 /// How many of the best single effects are asked, and of the best pairs.
 const ASKED: usize = 4;
 
@@ -68,6 +70,10 @@ pub(crate) fn better_at_the_best(data: &DataSet, now: &dyn Predictor, round: &Ro
     let mut asked = best_of(round.singles.iter().flat_map(|(_, w)| w));
     asked.extend(best_of(&round.pairs));
     asked.push(&round.null_weighed);
+    let most = |all: Vec<f64>| all.into_iter().fold(f64::NEG_INFINITY, f64::max);
+    let by_this = round.all().chain([&round.null_weighed]).map(says);
+    let bar = most(by_this.collect()) + FAR_BETTER;
+    asked.retain(|w| promised(data, &*other, round, w) + BENT > bar);
     let by_other = |k: usize| {
         let Weighed {
             hypothesis, plain, ..
@@ -85,9 +91,25 @@ pub(crate) fn better_at_the_best(data: &DataSet, now: &dyn Predictor, round: &Ro
         );
         there.map_or(f64::NEG_INFINITY, |w| says(&w))
     };
-    let most = |all: Vec<f64>| all.into_iter().fold(f64::NEG_INFINITY, f64::max);
-    let by_this = round.all().chain([&round.null_weighed]).map(says);
-    most(for_each(asked.len(), by_other)) > most(by_this.collect()) + FAR_BETTER
+    most(for_each(asked.len(), by_other)) > bar
+}
+
+/// What an explanation would [say](says) by another vehicle if all went on as straight as it ended.
+fn promised(data: &DataSet, other: &dyn Predictor, round: &Round, rival: &Weighed) -> f64 {
+    let Weighed {
+        hypothesis, plain, ..
+    } = rival;
+    let Ok(raw) = residual(data, other, hypothesis, plain.x.as_slice()) else {
+        return f64::NEG_INFINITY;
+    };
+    let residual = round.plain.apply_vector(&raw);
+    let cost = residual.norm_squared() + plain.x.norm_squared();
+    let there = Fit {
+        residual,
+        cost,
+        ..plain.clone()
+    };
+    says(rival) + 0.5 * (plain.cost - (cost - there.promise()))
 }
 
 /// ln Z, less what a second cause must gain.
