@@ -41,9 +41,9 @@ fn an_upright_vehicle_is_no_missing_effect() {
     }
 }
 
-/// An effect that shows in turns is named on either vehicle, with its size.
+/// An effect that shows in turns comes first on either vehicle, with its size.
 #[test]
-fn an_effect_in_turns_is_named_on_either() {
+fn an_effect_in_turns_comes_first_on_either() {
     for upright in [true, false] {
         let d = diagnosis(upright, vec![effect(("track-width-error", 0.06))]);
         assert_eq!(d.causes[0].name, "track-width-error", "{:?}", d.set);

@@ -251,7 +251,7 @@ fn a_held_turn_on_constant_forces_has_its_closed_form() {
     }
 }
 
-/// A vehicle that stays upright has the same moment about both axles, and left and right the same load.
+/// Of a vehicle that stays upright left and right wheels carry the same, on a slope aside and in a turn, and all of them its weight.
 #[test]
 fn an_upright_vehicle_leans_on_neither_side() {
     let mut scenario = constant_drive(10.0, 30.0, 1.0);
