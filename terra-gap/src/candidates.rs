@@ -80,13 +80,19 @@ pub(crate) fn gate(
             if !forms.is_empty() {
                 asked = forms;
             }
+        } else if kind == LogKind::Drive {
+            // Forms of one name have much the same slope at zero; what has none there is not seen by another's.
+            asked.extend(forms_in(law, |form| form.name() == name && form.is_flat()));
         }
+        let mut reasons = vec![];
         for effect in asked {
             match reason_against(&effect, law, data, rover, kind) {
                 None => out.effects.push(effect),
-                Some(reason) => out.not_asked.push((name.to_owned(), reason)),
+                Some(reason) => reasons.push((name.to_owned(), reason)),
             }
         }
+        reasons.dedup();
+        out.not_asked.extend(reasons);
     }
     Ok(out)
 }

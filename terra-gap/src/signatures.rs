@@ -1,4 +1,4 @@
-//! The signature of every candidate at a fit: its exact column, screened.
+//! The signature of every candidate at a fit: its exact column, screened; a chord where an effect has no slope at zero.
 
 use std::sync::Arc;
 
@@ -7,7 +7,7 @@ use terra_model::{AnyEffect, Hook, LaneDual};
 
 use crate::dataset::DataSet;
 use crate::error::GapError;
-use crate::fit::{Fit, evaluate, evaluate_from};
+use crate::fit::{Fit, evaluate, evaluate_from, residual};
 use crate::hypothesis::Hypothesis;
 use crate::memory::{Memory, Remembered};
 use crate::noise::Whitener;
@@ -54,8 +54,7 @@ pub(crate) fn screen_all(
 ) -> (Vec<Screened>, Asked) {
     let tangent = Tangent::of(here);
     let (mut screen, mut asked) = (vec![], vec![]);
-    let x = here.x.as_slice();
-    let found = columns(data, predictor, base, x, &here.near, effects, whitener);
+    let found = columns(data, predictor, base, &Place::of(here), effects, whitener);
     for (effect, column) in effects.iter().zip(found) {
         let reason = match column {
             Err(reason) => reason,
@@ -81,21 +80,39 @@ pub(crate) fn screen_all(
     (screen, asked)
 }
 
+/// Where signatures are taken: parameters, what is known of the contacts there, and the whitened residual.
+pub(crate) struct Place<'a> {
+    pub x: &'a [f64],
+    pub near: &'a Remembered,
+    pub residual: &'a DVector<f64>,
+}
+
+impl<'a> Place<'a> {
+    /// Where a fit ended.
+    pub(crate) fn of(fit: &'a Fit) -> Self {
+        Place {
+            x: fit.x.as_slice(),
+            near: &fit.near,
+            residual: &fit.residual,
+        }
+    }
+}
+
 /// Whitened -dr/ds of the first magnitude of each effect; the reason where one cannot stand in the law or has no answer.
 ///
 /// Effects stand in one law at magnitude zero, where each leaves the others alone, so one exact Jacobian holds the signatures of
-/// several.
+/// several. One without a slope at zero has the chord from there to one prior sd.
 pub(crate) fn columns(
     data: &DataSet,
     predictor: &dyn Predictor,
     base: &Hypothesis,
-    x: &[f64],
-    near: &Remembered,
+    here: &Place<'_>,
     effects: &[Arc<dyn AnyEffect>],
     whitener: &Whitener,
 ) -> Vec<Result<DVector<f64>, String>> {
     // All of them ask for the same contacts.
-    let memory = Memory::after(near, predictor.contacts());
+    let memory = Memory::after(here.near, predictor.contacts());
+    let x = here.x;
     let of = |pack: &[usize]| -> Result<DMatrix<f64>, String> {
         let mut together = base.clone();
         let mut firsts = vec![];
@@ -111,8 +128,19 @@ pub(crate) fn columns(
             .map_err(|e| e.to_string())?;
         Ok(whitener.apply(&all.jacobian.select_columns(&firsts)))
     };
-    let mut found: Vec<(usize, Result<DVector<f64>, String>)> = vec![];
-    for pack in packs(effects) {
+    let chord = |effect: &Arc<dyn AnyEffect>| -> Result<DVector<f64>, String> {
+        let with = base.with(Arc::clone(effect)).map_err(|e| e.to_string())?;
+        let mut at = x.to_vec();
+        at.resize(with.len(), 0.0);
+        at[base.len()] = 1.0;
+        let there = residual(data, predictor, &with, &at).map_err(|e| e.to_string())?;
+        Ok(here.residual - whitener.apply_vector(&there))
+    };
+    let (flat, sloped): (Vec<usize>, Vec<usize>) =
+        (0..effects.len()).partition(|&k| effects[k].is_flat());
+    let mut found: Vec<(usize, Result<DVector<f64>, String>)> =
+        flat.iter().map(|&k| (k, chord(&effects[k]))).collect();
+    for pack in packs(effects, &sloped) {
         // One effect without an answer or a slope here spoils all: then each is asked by itself.
         let finite = |all: &DMatrix<f64>| all.iter().all(|v| v.is_finite());
         let together = of(&pack).ok().filter(finite);
@@ -128,12 +156,13 @@ pub(crate) fn columns(
     found.into_iter().map(|(_, own)| own).collect()
 }
 
-/// Places of effects that stand in one law: no more than one pass carries derivatives for, no two in a place that holds one, and
-/// those under which wheels slide sideways, whose integrals cost many times as much, by themselves.
-fn packs(effects: &[Arc<dyn AnyEffect>]) -> Vec<Vec<usize>> {
+/// Rows of these effects, by those that stand in one law: no more than one pass carries derivatives for, no two where there is
+/// room for one, and those under which wheels slide sideways, whose integrals cost many times as much, by themselves.
+fn packs(effects: &[Arc<dyn AnyEffect>], among: &[usize]) -> Vec<Vec<usize>> {
     let needs = |k: usize| effects[k].needs();
-    let (sideways, others): (Vec<usize>, Vec<usize>) =
-        (0..effects.len()).partition(|&k| needs(k).contains(&Hook::LateralSlip));
+    let (sideways, others): (Vec<usize>, Vec<usize>) = among
+        .iter()
+        .partition(|&&k| needs(k).contains(&Hook::LateralSlip));
     let magnitudes = |pack: &[usize]| -> usize {
         let each = pack.iter().map(|&k| effects[k].params().len());
         each.sum()
@@ -169,10 +198,11 @@ mod tests {
     fn a_pack_fits_one_pass_and_sliding_wheels_stand_apart() {
         let registry = Registry::builtin().with_forms();
         let effects: Asked = registry.effects().to_vec();
-        let packs = packs(&effects);
+        let everyone: Vec<usize> = (0..effects.len()).collect();
+        let packs = packs(&effects, &everyone);
         let mut all: Vec<usize> = packs.concat();
         all.sort_unstable();
-        assert_eq!(all, (0..effects.len()).collect::<Vec<_>>());
+        assert_eq!(all, everyone);
         let slides = |k: &usize| effects[*k].needs().contains(&Hook::LateralSlip);
         for pack in &packs {
             let magnitudes: usize = pack.iter().map(|&k| effects[k].params().len()).sum();

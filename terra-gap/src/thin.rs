@@ -11,7 +11,7 @@ use crate::fit::{Effort, Fit, Known, evaluate, fit_from};
 use crate::hypothesis::Hypothesis;
 use crate::noise::{NoiseModel, Whitener};
 use crate::predictor::Predictor;
-use crate::signatures::columns;
+use crate::signatures::{Place, columns};
 
 /// How many times the noise is taken larger where the prior is to hold the soil back: first, and on the way down.
 const LOOSE: [f64; 2] = [10.0, 3.0];
@@ -255,15 +255,17 @@ impl Thin {
     ) -> Result<Begun, GapError> {
         let x = end.x.as_slice();
         let here = evaluate(&self.data, predictor, null, x, &end.near)?;
-        let columns = columns(&self.data, predictor, null, x, &end.near, effects, noise);
+        let end = Fit {
+            residual: noise.apply_vector(&here.residual),
+            jacobian: noise.apply(&here.jacobian),
+            exact: true,
+            ..end.clone()
+        };
+        let at = Place::of(&end);
+        let columns = columns(&self.data, predictor, null, &at, effects, noise);
         let finite = |c: &DVector<f64>| c.iter().all(|v| v.is_finite());
         Ok(Begun {
-            end: Fit {
-                residual: noise.apply_vector(&here.residual),
-                jacobian: noise.apply(&here.jacobian),
-                exact: true,
-                ..end.clone()
-            },
+            end,
             columns: columns.into_iter().map(|c| c.ok().filter(finite)).collect(),
         })
     }

@@ -80,6 +80,8 @@ pub struct Hooks<T> {
     pub layer_stiffness: T,
     /// tan β of the sideways slip that the shear stress follows \[1\], left positive; none: it points along the wheel.
     pub lateral_slip: Option<T>,
+    /// Whether that slip only takes from the pull: no side force of the model is handed on.
+    pub pull_only: bool,
 }
 
 impl<T: Real> Hooks<T> {
@@ -99,6 +101,7 @@ impl<T: Real> Hooks<T> {
             layer_depth: zero,
             layer_stiffness: zero,
             lateral_slip: None,
+            pull_only: false,
         }
     }
 
@@ -117,6 +120,7 @@ impl<T: Real> Hooks<T> {
             layer_depth: f(self.layer_depth),
             layer_stiffness: f(self.layer_stiffness),
             lateral_slip: self.lateral_slip.map(f),
+            pull_only: self.pull_only,
         }
     }
 }

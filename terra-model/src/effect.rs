@@ -181,6 +181,9 @@ pub trait Effect: Default + Send + Sync + 'static {
     const CHANNELS: &'static [Channel] = Channel::ALL;
     /// How a report that depends on the rate is late.
     const LATE: Late = Late::Shifted;
+    /// Whether a small magnitude does next to nothing: no slope at zero, as where only the square of it acts. A screen then asks
+    /// what a whole prior sd does.
+    const FLAT: bool = false;
     /// Kinds of log it can show on.
     const SCOPE: Scope = Scope::Any;
     /// Where in a log it shows.
@@ -323,6 +326,10 @@ pub trait AnyEffect:
     fn late(&self) -> Late {
         Late::Shifted
     }
+    /// See [`Effect::FLAT`].
+    fn is_flat(&self) -> bool {
+        false
+    }
     /// Kinds of log.
     fn scope(&self) -> Scope;
     /// Where in a log it shows.
@@ -370,6 +377,9 @@ impl<E: Effect> AnyEffect for E {
     }
     fn late(&self) -> Late {
         E::LATE
+    }
+    fn is_flat(&self) -> bool {
+        E::FLAT
     }
     fn scope(&self) -> Scope {
         E::SCOPE

@@ -321,6 +321,9 @@ impl Law {
             T::of_effect(&**effect).alter_contact(e, &soil, at);
         }
         let mut forces = model.wheel_forces_at(q, at)?;
+        if at.hooks.pull_only {
+            forces.lateral_force = T::zero();
+        }
         for (effect, e) in self.acting(p, Touch::Forces) {
             T::of_effect(&**effect).alter_forces(e, &soil, at, &mut forces);
         }

@@ -10,7 +10,7 @@ use terra_model::{
     WheelForces, catalogue,
 };
 
-const NAMES: [&str; 16] = [
+const NAMES: [&str; 17] = [
     "slip-sinkage",
     "multipass",
     "bulldozing",
@@ -27,6 +27,7 @@ const NAMES: [&str; 16] = [
     "drivetrain-viscous-friction",
     "layered-soil",
     "shear-hump",
+    "skid-steer-lateral-slip",
 ];
 
 fn soil() -> Vec<f64> {
@@ -149,6 +150,41 @@ fn proportional_sinkage_by_its_equation() {
         let work = 0.15 * k * ((factor * z).powf(power) - z.powf(power)) / power;
         near(a.drawbar_pull - b.drawbar_pull, work);
     }
+}
+
+/// Wheels dragged sideways give the default's pull and torque and no side force; a flank that ploughs keeps its own, and so does
+/// a wheel that slides sideways by itself.
+#[test]
+fn sideways_slip_may_take_from_the_pull_alone() {
+    let at = Contact {
+        slip_angle: 0.4,
+        ..contact(0.2)
+    };
+    let name = "skid-steer-lateral-slip";
+    let [_, whole] = change(name, "default", 0.8, &at);
+    let [plain, pull] = change(name, "pull-only", 0.8, &at);
+    near(pull.drawbar_pull, whole.drawbar_pull);
+    near(pull.resistive_torque, whole.resistive_torque);
+    assert!(pull.drawbar_pull < plain.drawbar_pull && whole.lateral_force < -1.0);
+    assert_eq!(pull.lateral_force.to_bits(), 0.0_f64.to_bits());
+
+    let registry = Registry::builtin().with_forms();
+    let effects = [
+        registry
+            .effect_form("lateral-bulldozing", "default")
+            .unwrap(),
+        registry.effect_form(name, "pull-only").unwrap(),
+    ];
+    let both = Law::new(registry.model("wong-reece").unwrap(), effects.to_vec()).unwrap();
+    let ploughs = both
+        .forces(&[soil(), vec![1.0, 0.8]].concat(), &at)
+        .unwrap();
+    assert!(ploughs.lateral_force < -1e-3);
+
+    let mut sliding = at;
+    sliding.hooks.lateral_slip = Some(0.3);
+    let [own, more] = change(name, "pull-only", 0.8, &sliding);
+    assert!(own.lateral_force < -1.0 && more.lateral_force < own.lateral_force);
 }
 
 /// Potyondy's two factors: one takes cohesion, the other the angle, and on soil that lacks the one the form does nothing.

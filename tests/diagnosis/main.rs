@@ -9,6 +9,7 @@ mod properties;
 mod rig;
 mod several;
 mod slip_noise;
+mod turning;
 mod upright;
 mod vehicle;
 mod watch;

@@ -1,28 +1,16 @@
 //! Logs of a simulator whose vehicle stays upright in turns, where a real one leans on its outer wheels.
 
-use terra::gap::{Diagnosis, Settings, diagnose_drive};
-use terra::sim::{Command, EffectSetting, Profile, StartMotion, simulate_drive};
+use terra::gap::Diagnosis;
+use terra::sim::EffectSetting;
 
-use crate::vehicle::{effect, example};
+use crate::turning::diagnosed;
+use crate::vehicle::effect;
 
 /// The example's drive and two turns with these effects, by a vehicle that leans or not.
 fn diagnosis(upright: bool, effects: Vec<EffectSetting>) -> Diagnosis {
-    let (rover, registry, mut scenario) = example();
-    for (name, left, right) in [("left", 3.2, 5.2), ("right", 5.6, 3.6)] {
-        let mut turn = scenario.segments[1].clone();
-        turn.name = name.to_owned();
-        let sides = [left, right, left, right];
-        turn.command = Command::WheelSpeed(sides.map(Profile::constant));
-        turn.start = Some(StartMotion {
-            ground_speed: 1.0,
-            wheel_speed: [4.2; 4],
-        });
-        scenario.segments.push(turn);
-    }
-    scenario.effects = effects;
-    scenario.world.upright = upright;
-    let log = simulate_drive(&scenario, &rover, &registry).unwrap().log;
-    diagnose_drive(&log, &rover, &registry, &Settings::of(&rover)).unwrap()
+    diagnosed([(3.2, 5.2), (5.6, 3.6)], effects, |scenario| {
+        scenario.world.upright = upright;
+    })
 }
 
 fn said(d: &Diagnosis) -> bool {

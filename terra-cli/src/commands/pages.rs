@@ -250,6 +250,11 @@ fn effect_page(
         }
         let diagnosed = if *tried {
             "tried by a diagnosis".to_owned()
+        } else if e.is_flat() {
+            format!(
+                "tried by a diagnosis of a drive; asked for as `{name}/{}`",
+                e.form()
+            )
         } else {
             format!("asked for as `{name}/{}`", e.form())
         };

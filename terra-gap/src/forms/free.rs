@@ -313,6 +313,9 @@ impl AnyEffect for FreeForm {
     fn late(&self) -> Late {
         self.inner.late()
     }
+    fn is_flat(&self) -> bool {
+        self.inner.is_flat()
+    }
     fn reads(&self) -> &'static [Circumstance] {
         self.inner.reads()
     }

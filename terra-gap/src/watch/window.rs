@@ -22,7 +22,7 @@ use crate::hypothesis::Hypothesis;
 use crate::memory::Memory;
 use crate::noise::NoiseModel;
 use crate::predictor::Predict;
-use crate::signatures::columns;
+use crate::signatures::{Place, columns};
 
 /// Share of a signature that must be left after the soil is projected out; a score of less would be about rounding and the
 /// model's curvature.
@@ -137,9 +137,12 @@ impl Nominal {
             })
             .collect();
         let (predictor, effects) = (&predictor, &self.effects);
-        let found = columns(
-            &data, predictor, &self.null, &self.x, &near, effects, &whitener,
-        );
+        let place = Place {
+            x: &self.x,
+            near: &near,
+            residual: &r,
+        };
+        let found = columns(&data, predictor, &self.null, &place, effects, &whitener);
         parts.extend(found.into_iter().map(|column| {
             let column = column.ok().filter(|c| c.iter().all(|v| v.is_finite()));
             column.map_or_else(|| silent.clone(), |c| part(&c))

@@ -148,6 +148,7 @@ pub fn check_pair(
                 }),
             }
         }
+        slope_at_zero(&mut record, &law, p, &**effect);
         let magnitude = typical(effect.params(), 0.5);
         if let Some(beside) = law.beside_slip_and_load() {
             by_slip_and_load(&mut record, p, &beside, |at| {
@@ -213,6 +214,31 @@ fn magnitudes(params: &[Param]) -> Vec<Vec<f64>> {
         .map(|share| typical(params, share))
         .filter(nonzero)
         .collect()
+}
+
+/// An effect on forces is flat at zero if and only if it says so: a screen by slopes would never see it.
+fn slope_at_zero(record: &mut Record, law: &Law, p: &[f64], effect: &dyn AnyEffect) {
+    let with = |e: Vec<f64>| [p, e.as_slice()].concat();
+    let (zero, some) = (
+        with(vec![0.0; effect.params().len()]),
+        with(typical(effect.params(), 0.5)),
+    );
+    let (mut acts, mut slopes) = (false, false);
+    for at in contacts() {
+        let (Ok((value, jacobian)), Ok(there)) = (law.jacobian(&zero, &at), law.forces(&some, &at))
+        else {
+            continue;
+        };
+        acts |= bits(&force_values(&value)) != bits(&force_values(&there));
+        slopes |= jacobian.column(p.len()).iter().any(|v| *v != 0.0);
+    }
+    record.expect(!acts || effect.is_flat() != slopes, "flat", || {
+        format!(
+            "it says that it is {}flat at zero, and {} slope there",
+            if effect.is_flat() { "" } else { "not " },
+            if slopes { "has a" } else { "has no" }
+        )
+    });
 }
 
 fn bits(values: &[f64]) -> Vec<u64> {

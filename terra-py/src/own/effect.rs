@@ -135,7 +135,7 @@ impl PythonEffect {
             self.changed("before", x, &CONTACT, &ask, &c)
         });
         if let Some(row) = out.ok().and_then(|row| <[T; 24]>::try_from(row).ok()) {
-            *at = contact(row, at.hooks.lateral_slip);
+            *at = contact(row, &at.hooks);
         }
     }
 

@@ -158,8 +158,8 @@ pub(super) fn numbers<T: Real>(at: &terra_model::Contact<T>) -> [T; 24] {
     ]
 }
 
-/// A contact of these numbers; the sideways slip inside the stress integral is kept.
-pub(super) fn contact<T: Real>(n: [T; 24], lateral_slip: Option<T>) -> terra_model::Contact<T> {
+/// A contact of these numbers; the sideways slip inside the stress integral of another is kept.
+pub(super) fn contact<T: Real>(n: [T; 24], other: &Hooks<T>) -> terra_model::Contact<T> {
     let [
         slip,
         normal_load,
@@ -212,7 +212,8 @@ pub(super) fn contact<T: Real>(n: [T; 24], lateral_slip: Option<T>) -> terra_mod
             lug_height,
             layer_depth,
             layer_stiffness,
-            lateral_slip,
+            lateral_slip: other.lateral_slip,
+            pull_only: other.pull_only,
         },
         near: None,
         near_is_here: false,

@@ -5,10 +5,9 @@
 //! literature has such, and else in a curve that it has.
 //!
 //! One form only: what is a definition (the bias or scale of a sensor, a mass, a radius, a track width, a centre of
-//! gravity, an inclination), a towed load and air resistance, which are a constant and a square of speed, and the sideways
-//! slip of a skidding wheel, for which no second source was found. A shear stress with a residual strength is also a slot of
-//! the models (`wong-hump`): that published hump has no value at which it is no hump, so it is a structure and no form of
-//! `shear-hump`.
+//! gravity, an inclination), and a towed load and air resistance, which are a constant and a square of speed. A shear stress
+//! with a residual strength is also a slot of the models (`wong-hump`): that published hump has no value at which it is no
+//! hump, so it is a structure and no form of `shear-hump`.
 
 /// What a form has from the effect it is a form of: name, kind of log, where it shows, the experiment that isolates it.
 macro_rules! form_of {
@@ -32,6 +31,7 @@ mod multipass;
 mod rate_stiffening;
 mod rear_contact;
 mod shear_hump;
+mod skid_steer_lateral_slip;
 mod slip_sinkage;
 mod terrain_drift;
 mod torque_droop;
@@ -49,6 +49,7 @@ pub use multipass::{PackedStrength, Rut};
 pub use rate_stiffening::{RimSpeed, ShearRate};
 pub use rear_contact::{ElasticUnloading, EnergyReturn};
 pub use shear_hump::PeakStrength;
+pub use skid_steer_lateral_slip::PullOnly;
 pub use slip_sinkage::{Excavation, Proportional};
 pub use terrain_drift::{StrengthDrift, Undulating};
 pub use torque_droop::{Hyperbola, Knee};
@@ -98,6 +99,7 @@ pub(crate) fn register(registry: Registry) -> Registry {
         .with_effect::<SkinAngle>()
         .with_effect::<CuttingFlank>()
         .with_effect::<SweptPressure>()
+        .with_effect::<PullOnly>()
         .with_effect::<StrengthContrast>()
         .with_effect::<Stribeck>()
         .with_effect::<Lubricant>()
