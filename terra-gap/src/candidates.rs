@@ -155,6 +155,12 @@ fn reason_against(
         {
             "the log holds no turns: its yaw rate stays at the sensor's noise"
         }
+        "ground-speed-bias" if kind == LogKind::Rig && !tells(data, "speed") => {
+            "no travel speed in the log"
+        }
+        "terrain-drift" if kind == LogKind::Rig && !tells(data, "path") => {
+            "no path in the log: it takes time_s, travel_speed_m_s and trials of more than one row"
+        }
         "multipass" if kind == LogKind::Rig && !varies(data, "pass", 0.0) => {
             "all rows are the same pass"
         }
@@ -173,6 +179,12 @@ fn turns(data: &DataSet, rover: &Rover) -> bool {
         .iter()
         .filter_map(|o| o.factors.get("yaw_rate"))
         .any(|r| r.abs() > 5.0 * noise.max(1e-3))
+}
+
+/// Whether a row tells more of it than 0.
+fn tells(data: &DataSet, factor: &str) -> bool {
+    let mut rows = data.observations.iter();
+    rows.any(|o| o.factors.get(factor).is_some_and(|v| *v > 0.0))
 }
 
 fn varies(data: &DataSet, factor: &str, relative: f64) -> bool {

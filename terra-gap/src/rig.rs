@@ -69,6 +69,7 @@ struct At<T> {
     load: T,
     speed: T,
     wheel_speed: T,
+    path: T,
     earlier_passes: T,
 }
 
@@ -79,6 +80,7 @@ impl<T: Scalar> At<T> {
             load,
             speed: T::from(row.speed),
             wheel_speed: T::from(row.wheel_speed),
+            path: T::from(row.path),
             earlier_passes: T::from(row.earlier_passes),
         }
     }
@@ -95,6 +97,8 @@ struct Row {
     earlier_passes: f64,
     speed: f64,
     wheel_speed: f64,
+    /// Path since its trial began \[m\]; 0 where the log tells none.
+    path: f64,
     /// Number of its log.
     log: usize,
 }
@@ -114,6 +118,7 @@ impl RigPredictor {
         let mut at = Contact::new(row.slip, row.load, row.wheel.radius, row.wheel.width);
         at.speed = row.speed;
         at.wheel_speed = row.wheel_speed;
+        at.path = row.path;
         at.earlier_passes = row.earlier_passes;
         at
     }
@@ -129,11 +134,19 @@ impl RigPredictor {
         given: &At<T>,
     ) -> Result<Vec<T>, GapError> {
         let (zero, slip) = (T::zero(), given.slip);
-        // Rim speed over travel speed is what a speed error changes; one of the two is set to 1.
+        // Rim speed over travel speed is what a speed error changes.
         let braking = slip.select_lt(zero, T::one(), zero);
-        let rim = T::one() + slip * braking;
-        let travel = T::one() - slip * (T::one() - braking);
-        let travel = sensor::truth(law, p, Channel::GroundSpeed, travel);
+        let (mut rim, mut travel) = (
+            T::one() + slip * braking,
+            T::one() - slip * (T::one() - braking),
+        );
+        let truth = |reported| sensor::truth(law, p, Channel::GroundSpeed, reported);
+        if row.speed > 0.0 {
+            (rim, travel) = (rim * given.speed / travel, truth(given.speed));
+        } else {
+            // Neither is known, and one of them is 1: an offset in m/s says nothing of these.
+            travel = truth(travel) - truth(zero);
+        }
         let mut at = Contact::new(
             library_slip(rim, travel),
             given.load,
@@ -142,6 +155,7 @@ impl RigPredictor {
         );
         at.speed = given.speed;
         at.wheel_speed = given.wheel_speed;
+        at.path = given.path;
         at.earlier_passes = given.earlier_passes;
         let forces = law.forces_at(p, &at)?;
 
@@ -217,19 +231,20 @@ impl RigPredictor {
         let mut at = Contact::new(slip, load, row.wheel.radius, row.wheel.width);
         at.speed = row.speed;
         at.wheel_speed = row.wheel_speed;
+        at.path = row.path;
         at.earlier_passes = row.earlier_passes;
         Ok(law.stresses(p, &at, points)?)
     }
 }
 
 /// What rows have in common that are predicted at once.
-type Kind<'a> = (usize, &'a [Output], WheelData, [bool; 2]);
+type Kind<'a> = (usize, &'a [Output], WheelData, [bool; 3]);
 
 impl abreast::Kind for Kind<'_> {}
 
 impl Row {
     fn kind(&self) -> Kind<'_> {
-        let way = [self.slip < 0.0, self.wheel_speed != 0.0];
+        let way = [self.slip < 0.0, self.wheel_speed != 0.0, self.speed > 0.0];
         (self.log, &self.outputs, self.wheel, way)
     }
 }
@@ -255,6 +270,7 @@ impl RigPredictor {
             load: raw(n + 1, side_by_side(&rows, |r| r.load)),
             speed: lift(&|r| r.speed),
             wheel_speed: lift(&|r| r.wheel_speed),
+            path: lift(&|r| r.path),
             earlier_passes: lift(&|r| r.earlier_passes),
         };
         let p = of_log(law, p, self.soils, first.log);

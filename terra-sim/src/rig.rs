@@ -221,7 +221,20 @@ pub fn simulate_rig(
                         .as_mut()
                         .map(|w| measured(effects.report(channel, value) + w.draw()))
                 };
-                let (slip_read, speeds_read) = sensors.slip(slip, speeds);
+                // Slip is read from the speeds.
+                let told = speeds.map(|(v, u)| (effects.report(Channel::GroundSpeed, v), u));
+                let slip_told = match told {
+                    Some((v, _)) if v < 0.0 => {
+                        return Err(SimError::Value {
+                            quantity: "reported travel speed in m/s".to_owned(),
+                            value: v,
+                            expected: "0 or more: the error of the speed is larger than the speed",
+                        });
+                    }
+                    Some((v, u)) if told != speeds => library_slip(u, v),
+                    _ => slip,
+                };
+                let (slip_read, speeds_read) = sensors.slip(slip_told, told);
                 let load_read = effects.report(Channel::NormalLoad, held) + sensors.load.draw();
                 log.rows.push(RigRow {
                     // Row of the file the log becomes, below its header.

@@ -91,7 +91,9 @@ fn change(a: &AnyLog, b: &AnyLog, rover: &Rover) -> f64 {
     match (a, b) {
         (AnyLog::Drive(a), AnyLog::Drive(b)) => drive(a, b, rover),
         (AnyLog::Rig(a), AnyLog::Rig(b)) => {
-            let value: [(&str, ReadRow); 4] = [
+            let value: [(&str, ReadRow); 6] = [
+                ("slip", |r| Some(r.slip.value)),
+                ("travel_speed_m_s", |r| r.travel_speed),
                 ("normal_load_N", |r| Some(r.normal_load.value)),
                 ("drawbar_pull_N", |r| r.drawbar_pull.map(|m| m.value)),
                 ("torque_N_m", |r| r.torque.map(|m| m.value)),

@@ -14,6 +14,7 @@ use crate::logs::Logs;
 #[derive(Clone, Copy)]
 struct Given<'a> {
     row: &'a RigRow,
+    path: Option<f64>,
     log: usize,
     prefix: &'a str,
 }
@@ -39,8 +40,13 @@ pub(crate) fn from_logs(
         *dropped.entry(reason.clone()).or_default() += 1;
     }
     let given = logs.iter().enumerate().flat_map(|(log, (prefix, l))| {
-        let row = move |row| Given { row, log, prefix };
-        l.rows.iter().map(row)
+        let given = move |(row, path)| Given {
+            row,
+            path,
+            log,
+            prefix,
+        };
+        l.rows.iter().zip(paths(&l.rows)).map(given)
     });
     let used: Vec<Given<'_>> = given
         .filter(|Given { row, .. }| {
@@ -103,16 +109,27 @@ pub(crate) fn from_logs(
 
     let mut rows = Vec::with_capacity(used.len());
     let mut observations = Vec::with_capacity(used.len());
-    for &Given { row, log, prefix } in &used {
+    for &Given {
+        row,
+        path,
+        log,
+        prefix,
+    } in &used
+    {
+        let wheel = rover.wheel_of(&row.condition);
         let mut r = Row {
             outputs: vec![],
             values: vec![],
             slip: row.slip.value,
             load: row.normal_load.value,
-            wheel: rover.wheel_of(&row.condition),
+            wheel,
             earlier_passes: f64::from(row.pass.max(1)) - 1.0,
             speed: row.travel_speed.unwrap_or(0.0),
-            wheel_speed: row.wheel_speed.unwrap_or(0.0),
+            wheel_speed: row
+                .wheel_speed
+                .or_else(|| wheel_speed(row, wheel.radius))
+                .unwrap_or(0.0),
+            path: path.unwrap_or(0.0),
             log,
         };
         let mut raw_sd = vec![];
@@ -150,6 +167,9 @@ pub(crate) fn from_logs(
         }
         if let Some(t) = row.time {
             factors.insert("time", t);
+        }
+        if let Some(x) = path {
+            factors.insert("path", x);
         }
         observations.push(Observation {
             index: rows.len(),
@@ -189,6 +209,38 @@ pub(crate) fn from_logs(
             soils: logs.soils(),
         },
     ))
+}
+
+/// Path of each row since its trial, or its pass, began \[m\], where every row tells time and travel speed.
+fn paths(rows: &[RigRow]) -> Vec<Option<f64>> {
+    let mut last: Option<(&RigRow, f64)> = None;
+    let path = |row: &RigRow| row.time.zip(row.travel_speed);
+    if rows.iter().any(|row| path(row).is_none()) {
+        return vec![None; rows.len()];
+    }
+    let found = rows.iter().map(|row| {
+        let (time, speed) = path(row)?;
+        let on = last.and_then(|(before, x)| {
+            let (t, v) = path(before)?;
+            let same = (&before.trial, before.pass) == (&row.trial, row.pass) && time > t;
+            same.then_some(x + (time - t) * 0.5 * (speed + v))
+        });
+        let x = on.unwrap_or(0.0);
+        last = Some((row, x));
+        Some(x)
+    });
+    found.collect()
+}
+
+/// ω \[rad/s\] that slip and travel speed tell of a wheel that does not stand or spin in place.
+fn wheel_speed(row: &RigRow, radius: f64) -> Option<f64> {
+    let (v, s) = (row.travel_speed?, row.slip.value);
+    let rim = if s < 0.0 {
+        v * (1.0 + s)
+    } else {
+        v / (1.0 - s)
+    };
+    (v > 0.0 && rim.is_finite()).then_some(rim / radius)
 }
 
 fn sd_column(name: &str) -> String {

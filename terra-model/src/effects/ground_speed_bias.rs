@@ -6,7 +6,7 @@
 //! # Reference
 //! definition (instrumental bias, JCGM 200:2012); chosen prior.
 
-use crate::effect::{Channel, Effect, Scope, Touch};
+use crate::effect::{Channel, Effect, Touch};
 use crate::param::{EITHER_SIGN, Param};
 use crate::real::Real;
 
@@ -22,7 +22,6 @@ impl Effect for GroundSpeedBias {
     const REFERENCE: &'static str = "definition (instrumental bias, JCGM 200:2012); chosen prior";
     const TOUCHES: &'static [Touch] = &[Touch::Sensor];
     const CHANNELS: &'static [Channel] = &[Channel::GroundSpeed];
-    const SCOPE: Scope = Scope::Drive;
     const REGIME: &'static str = "slip at low speed";
     const ISOLATED_BY: &'static str = "log the vehicle standing";
 

@@ -7,7 +7,7 @@
 //! K. K. Phoon, F. H. Kulhawy, Can. Geotech. J. 36(4):612-624, 1999 (trend of a soil over distance); chosen form and prior.
 
 use crate::contact::{Contact, Hook};
-use crate::effect::{Circumstance, Effect, Scope, Touch};
+use crate::effect::{Circumstance, Effect, Touch};
 use crate::model::Soil;
 use crate::param::{EITHER_SIGN, Param};
 use crate::real::Real;
@@ -31,7 +31,6 @@ impl Effect for TerrainDrift {
     const TOUCHES: &'static [Touch] = &[Touch::Contact];
     const READS: &'static [Circumstance] = &[Circumstance::Path];
     const BESIDE_SLIP_AND_LOAD: Option<&'static [Circumstance]> = Some(&[Circumstance::Path]);
-    const SCOPE: Scope = Scope::Drive;
     const REGIME: &'static str = "all channels, with path or time";
     const ISOLATED_BY: &'static str = "drive the same manoeuvre at both ends of the path";
 

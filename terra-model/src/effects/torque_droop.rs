@@ -7,7 +7,7 @@
 //! A. E. Fitzgerald, C. Kingsley, S. D. Umans, Electric Machinery (saturation lowers the torque a current gives); chosen
 //! form and prior.
 
-use crate::effect::{Channel, Effect, Scope, Touch};
+use crate::effect::{Channel, Effect, Touch};
 use crate::param::Param;
 use crate::real::Real;
 
@@ -28,7 +28,6 @@ impl Effect for TorqueDroop {
     const REFERENCE: &'static str = "A. E. Fitzgerald, C. Kingsley, S. D. Umans, Electric Machinery (saturation lowers the torque a current gives); chosen form and prior";
     const TOUCHES: &'static [Touch] = &[Touch::Sensor];
     const CHANNELS: &'static [Channel] = &[Channel::WheelTorque];
-    const SCOPE: Scope = Scope::Drive;
     const REGIME: &'static str = "torque at high torque";
     const ISOLATED_BY: &'static str = "a brake test up to the largest torque";
 

@@ -106,7 +106,6 @@ impl Effect for LinearDroop {
     const PARAMS: &'static [Param] = &[magnitude("1", 0.0, 10.0)];
     const REFERENCE: &'static str = REFERENCE;
     const TOUCHES: &'static [Touch] = &[Touch::Sensor];
-    const SCOPE: Scope = Scope::Drive;
     const REGIME: &'static str = "as the library's form";
     const ISOLATED_BY: &'static str = "as the library's form";
 

@@ -171,7 +171,7 @@ contact_form!(
     "a front at 4 m: k exp(e g), c exp(e g/2), g = tanh((x - 4 m)/1.5 m) + tanh(4/1.5)",
     ("1", -3.0, 3.0),
     &[Hook::Stiffness, Hook::Cohesion],
-    Scope::Drive,
+    Scope::Any,
     |e, _soil, at| {
         let front = ((at.path - 4.0) / 1.5).tanh() + (4.0f64 / 1.5).tanh();
         let gain = e * front;
