@@ -1,4 +1,4 @@
-//! All fits of effects under one noise, and the noise renewed where the nominal law is far from the data.
+//! All fits of effects under one noise, and the noise renewed where another explanation is far better than the nominal law.
 //!
 //! Noise of the inputs (slip!) reaches the values through the law's slopes. Where a large effect is missing, the re-fitted
 //! nominal law has other slopes than the truth, so the noise is taken at the best explanation and all are weighed anew.
@@ -104,7 +104,7 @@ pub(crate) fn settle(
     let mut now = centred;
     let mut round = Round::new(data, &common.by(&*now), fitted, noise, "", None)?;
     for renewal in 1..=RENEWALS {
-        let Some(better) = round.better(common.setup.kind) else {
+        let Some(better) = round.better(common.setup) else {
             break;
         };
         let last = renewal == RENEWALS;
@@ -124,11 +124,10 @@ pub(crate) fn settle(
             let mut effects = w.hypothesis.effects().iter();
             effects.any(|e| !common.candidates.is_first(&**e))
         };
-        let kind = common.setup.kind;
-        if round.better(kind).filter(another).is_none() {
+        if round.better(common.setup).filter(another).is_none() {
             round.pair_up(data, &common.by(&*now));
         }
-        if let Some(better) = round.better(kind).filter(another)
+        if let Some(better) = round.better(common.setup).filter(another)
             && let Some(next) = round.renewed(better, data, common, fitted, &mut now, true)?
         {
             round = next;
@@ -458,7 +457,7 @@ impl Round {
         };
         round.base = round.evidence_of(at);
         let last = previous.is_some_and(|p| p.1);
-        let renewed = round.better(setup.kind);
+        let renewed = round.better(setup);
         let far = |w: &Weighed| w.chi2_per_value() > PAIRS_FROM;
         if last || renewed.is_none_or(far) {
             let roughly = !last && renewed.is_some();
@@ -520,12 +519,17 @@ impl Round {
         by.log_evidence - self.base > RENEW_FROM
     }
 
-    /// The best explanation of a drive, where it is far better than the one that the noise was taken at, and explains the drive
-    /// or most of what the nominal law leaves.
-    fn better(&self, kind: LogKind) -> Option<&Weighed> {
+    /// The best explanation, where it is far better than the one that the noise was taken at, and explains the log or most of what
+    /// the nominal law leaves. Against a simulator's log a rig's noise stays as the baseline has it.
+    fn better(&self, setup: &Setup<'_>) -> Option<&Weighed> {
+        let renews = match setup.kind {
+            LogKind::Drive => true,
+            LogKind::Rig => setup.inherited.is_none(),
+            LogKind::Kinematic => false,
+        };
         let best = self.best()?;
         let explains = explains(best.chi2_per_value(), self.null_weighed.chi2_per_value());
-        (kind == LogKind::Drive && explains && self.is_bettered(best)).then_some(best)
+        (renews && explains && self.is_bettered(best)).then_some(best)
     }
 
     /// The effects that say most.

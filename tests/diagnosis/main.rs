@@ -7,6 +7,7 @@ mod measured;
 mod own_noise;
 mod properties;
 mod rig;
+mod rig_speeds;
 mod several;
 mod slip_noise;
 mod turning;
@@ -25,6 +26,11 @@ fn rig() -> Rover {
 
 /// The same with more of `[noise]`.
 fn rig_with(noise: &str) -> Rover {
+    rig_reading_slip(0.005, noise)
+}
+
+/// The same, where slip is read with another noise.
+fn rig_reading_slip(slip: f64, noise: &str) -> Rover {
     let text = format!(
         r#"
         [wheel]
@@ -37,7 +43,7 @@ fn rig_with(noise: &str) -> Rover {
         drawbar_pull_N = 0.5
         torque_N_m = 0.1
         sinkage_m = 0.001
-        slip = 0.005
+        slip = {slip}
         normal_load_N = 0.5
         {noise}
         "#
