@@ -394,6 +394,22 @@ impl Ranking {
         self.doubt();
     }
 
+    /// A cause of which the data say nothing may stand for another soil than the rover file's: nothing missing has a share of its
+    /// probability, by which it still leads, and is in the set.
+    pub(crate) fn doubt_start(&mut self, share: f64) {
+        if self.set.iter().any(|answer| answer == "none") {
+            return;
+        }
+        if let [top, others @ ..] = &mut self.causes[..] {
+            let next = others.first().map_or(0.0, |c| c.probability);
+            let next = next.max(self.probability_unknown);
+            let moved = (share * top.probability).min((top.probability - next).max(0.0));
+            top.probability -= moved;
+            self.probability_none += moved;
+        }
+        self.add(Some("none".to_owned()));
+    }
+
     fn add(&mut self, answer: Option<String>) {
         if let Some(answer) = answer.filter(|name| !self.set.contains(name)) {
             self.set.push(answer);

@@ -21,6 +21,12 @@ pub(crate) struct Decision {
 }
 
 impl Decision {
+    /// Whether effects of the library are the answer, or one of them.
+    pub(crate) fn is_an_effect(&self) -> bool {
+        let effect = |(h, _): &(Hypothesis, Fit)| !h.effects().is_empty();
+        ["named", "ambiguous"].contains(&self.verdict) && self.accepted.as_ref().is_some_and(effect)
+    }
+
     /// A name is no longer the only answer, or there is one more reason why it is not.
     pub(crate) fn doubt(&mut self, reason: String) {
         if self.verdict == "named" {

@@ -9,11 +9,16 @@ use crate::{probability, rig, rig_with, total};
 
 /// Three loads, six slips, two repeats on dry sand, with an effect.
 fn log(rover: &Rover, effect: &str, seed: u64) -> RigLog {
+    log_on(rover, "terrain = \"dry_sand\"", effect, seed)
+}
+
+/// The same on a terrain.
+fn log_on(rover: &Rover, terrain: &str, effect: &str, seed: u64) -> RigLog {
     let text = format!(
         r#"
         seed = {seed}
         rover = "rig.toml"
-        terrain = "dry_sand"
+        {terrain}
         [[trial]]
         slip = [0.05, 0.1, 0.2, 0.35, 0.55, 0.8]
         normal_load_N = [150.0, 245.0, 400.0]
@@ -154,6 +159,23 @@ fn causes_with_a_signature_of_their_own_are_named() {
             "{name}: {found} for {magnitude}"
         );
     }
+}
+
+/// Nothing is missing on soil that has less strength than the rover file starts from, by more than its prior believes: less
+/// friction under the rim would do the same, and of that the log says nothing. It is no only answer.
+#[test]
+fn a_soil_far_from_the_start_is_no_cause() {
+    let weak = "terrain = { k_eq = 1.5e6, sinkage_exponent = 1.1, cohesion = 500.0, friction_angle = 0.26, shear_modulus = 0.025, c1 = 0.38, c2 = 0.41 }";
+    let d = diagnosed(&rig(), &log_on(&rig(), weak, "", 3));
+    assert!(d.causes[0].log_evidence_gain > 4.0);
+    assert_ne!(d.verdict, "named", "{:?}", d.set);
+    assert!(d.set.iter().any(|answer| answer == "none"), "{:?}", d.set);
+    let why = d.reason.as_deref().unwrap_or_default();
+    assert!(
+        why.contains("by a soil farther from the rover file's"),
+        "{why}"
+    );
+    assert!((total(&d) - 1.0).abs() < 1e-9);
 }
 
 /// An instrument's error is exact in form: the load cell's offset is told from every soil.
