@@ -209,6 +209,37 @@ fn rig_effects_have_their_formula() {
     assert_eq!(zero.log.rows, nominal.log.rows);
 }
 
+/// v_rep = (1 + e) v + e', and the slip of the log is 1 - v_rep/(R ω); the wheel and what it does stay as they were. A speed that
+/// would be reported negative is refused.
+#[test]
+fn an_error_of_the_travel_speed_is_in_speed_and_slip() {
+    let with = |effects: &[(&str, f64)]| {
+        let mut s = scenario(vec![trial(&[0.1, 0.5, 1.0], &[245.25], 1)], 0.0);
+        s.effects = effects
+            .iter()
+            .map(|(n, e)| EffectSetting::new(*n, *e))
+            .collect();
+        simulate_rig(&s, &rig(), &Registry::builtin())
+    };
+    let nominal = with(&[]).unwrap();
+    let off = with(&[("ground-speed-scale", -0.1), ("ground-speed-bias", 0.004)]).unwrap();
+    assert_eq!(nominal.truth, off.truth);
+    for (a, b) in nominal.log.rows.iter().zip(&off.log.rows).take(2) {
+        let v = 0.9 * a.travel_speed.unwrap() + 0.004;
+        assert!((b.travel_speed.unwrap() - v).abs() < 1e-12);
+        assert_eq!(a.wheel_speed, b.wheel_speed);
+        let slip = 1.0 - v / (rig().wheel.radius * b.wheel_speed.unwrap());
+        assert!((b.slip.value - slip).abs() < 1e-12, "{}", b.slip.value);
+    }
+    // A wheel that spins in place has no speeds to be read.
+    assert_eq!(nominal.log.rows[2], off.log.rows[2]);
+    let error = with(&[("ground-speed-bias", -0.06)]).unwrap_err();
+    assert!(
+        error.to_string().contains("reported travel speed"),
+        "{error}"
+    );
+}
+
 #[test]
 fn a_second_pass_meets_compacted_soil() {
     let mut second = trial(&[0.3], &[245.25], 1);
