@@ -97,6 +97,35 @@ def test_a_diagnosis_names_an_effect_of_ones_own(examples):
     assert size[0] == pytest.approx(size[1], rel=1e-3)
 
 
+def test_an_effect_that_is_flat_at_zero_is_seen_where_it_says_so(examples):
+    """n + e² |s| has no slope at zero: a screen by slopes sets it aside."""
+
+    class BySquare(DigsIn):
+        name = "digs-by-square"
+        flat = True
+        parameters = [terra.Parameter("magnitude", min=0.0, max=2.0, prior_sd=0.6)]
+
+        def before(self, e, at):
+            return {"sinkage_exponent": at.sinkage_exponent + e["magnitude"] ** 2 * abs(at.slip)}
+
+    class Unsaid(BySquare):
+        flat = False
+
+    log, _ = terra.simulate(examples / "rig/slip_sinkage.toml")
+    options = dict(effects=["digs-by-square", "torque-bias"], combine=1, hold_out="slip")
+
+    def diagnosed(effect):
+        return terra.gap(log, examples / "rig/rig.toml", registry=terra.Registry(effects=[effect]), **options)
+
+    told = diagnosed(BySquare())
+    linear = terra.gap(log, examples / "rig/rig.toml", effects=["slip-sinkage", "torque-bias"], combine=1)
+    assert told["causes"][0]["effect"] == "digs-by-square"
+    size, right = (v["causes"][0]["parameters"]["magnitude"]["mean"] for v in (told, linear))
+    assert size**2 == pytest.approx(right, rel=0.1)
+    unsaid = {a["effect"]: a["reason"] for a in diagnosed(Unsaid())["not_asked"]}
+    assert "no trace" in unsaid["digs-by-square"]
+
+
 def test_what_python_raises_comes_back():
     class Broken(Saturating):
         def wheel_forces(self, p, at):

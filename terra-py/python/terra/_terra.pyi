@@ -62,7 +62,8 @@ class Registry:
     ``sinkage``, ``lateral_force``, ``thrust``, ``compaction_resistance``. An effect has ``name``, ``parameters`` and
     ``before(e, contact)`` or ``after(e, contact, forces)``, which return a dict of what they change. ``p`` and ``e``
     are dicts by parameter name. Both may have ``summary``, ``reference``; a model ``hooks``, an effect ``needs``,
-    ``scope``, ``regime``, ``isolated_by``.
+    ``scope``, ``regime``, ``isolated_by``, ``flat`` (True where a small magnitude does next to nothing, as where
+    only its square acts).
     """
 
     def __init__(self, models: Sequence[Any] = ..., effects: Sequence[Any] = ...) -> None: ...

@@ -33,6 +33,7 @@ pub(super) struct PythonEffect {
     needs: &'static [Hook],
     touches: &'static [Touch],
     scope: Scope,
+    flat: bool,
     trouble: Trouble,
 }
 
@@ -69,6 +70,10 @@ impl PythonEffect {
             needs: describe::hooks(object, "needs")?,
             touches,
             scope,
+            flat: match object.getattr_opt("flat")? {
+                Some(flat) => flat.extract()?,
+                None => false,
+            },
             object: object.clone().unbind(),
             trouble,
         })
@@ -249,6 +254,9 @@ impl AnyEffect for PythonEffect {
     }
     fn scope(&self) -> Scope {
         self.scope
+    }
+    fn is_flat(&self) -> bool {
+        self.flat
     }
     fn regime(&self) -> &'static str {
         self.regime
