@@ -234,7 +234,7 @@ pub(crate) fn diagnose(
     let by_start = taken.filter(|taken| *taken < TAKES && decision.is_an_effect());
     let by_start = by_start.map(|taken| {
         format!(
-            "the log is explained about as well without a cause (it lowers chi2 by {:.1}, of {n:.0} values), by a soil farther from the rover file's: what speaks for one is that start alone",
+            "a soil farther from the rover file's explains the log about as well without a cause (chi2 of {n:.0} values falls by {:.1} with it): what speaks for one is that start alone",
             taken.max(0.0),
         )
     });

@@ -172,7 +172,7 @@ fn a_soil_far_from_the_start_is_no_cause() {
     assert!(d.set.iter().any(|answer| answer == "none"), "{:?}", d.set);
     let why = d.reason.as_deref().unwrap_or_default();
     assert!(
-        why.contains("by a soil farther from the rover file's"),
+        why.contains("a soil farther from the rover file's"),
         "{why}"
     );
     assert!((total(&d) - 1.0).abs() < 1e-9);
