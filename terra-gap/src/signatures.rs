@@ -1,4 +1,4 @@
-//! The signature of every candidate at a fit: its exact column, screened; a chord where an effect has no slope at zero.
+//! The signature of every candidate at a fit: its exact column, screened; a secant where an effect has no slope at zero.
 
 use std::sync::Arc;
 
@@ -101,7 +101,7 @@ impl<'a> Place<'a> {
 /// Whitened -dr/ds of the first magnitude of each effect; the reason where one cannot stand in the law or has no answer.
 ///
 /// Effects stand in one law at magnitude zero, where each leaves the others alone, so one exact Jacobian holds the signatures of
-/// several. One without a slope at zero has the chord from there to one prior sd.
+/// several. One without a slope at zero has the secant from there to one prior sd.
 pub(crate) fn columns(
     data: &DataSet,
     predictor: &dyn Predictor,
@@ -128,7 +128,7 @@ pub(crate) fn columns(
             .map_err(|e| e.to_string())?;
         Ok(whitener.apply(&all.jacobian.select_columns(&firsts)))
     };
-    let chord = |effect: &Arc<dyn AnyEffect>| -> Result<DVector<f64>, String> {
+    let secant = |effect: &Arc<dyn AnyEffect>| -> Result<DVector<f64>, String> {
         let with = base.with(Arc::clone(effect)).map_err(|e| e.to_string())?;
         let mut at = x.to_vec();
         at.resize(with.len(), 0.0);
@@ -139,7 +139,7 @@ pub(crate) fn columns(
     let (flat, sloped): (Vec<usize>, Vec<usize>) =
         (0..effects.len()).partition(|&k| effects[k].is_flat());
     let mut found: Vec<(usize, Result<DVector<f64>, String>)> =
-        flat.iter().map(|&k| (k, chord(&effects[k]))).collect();
+        flat.iter().map(|&k| (k, secant(&effects[k]))).collect();
     for pack in packs(effects, &sloped) {
         // One effect without an answer or a slope here spoils all: then each is asked by itself.
         let finite = |all: &DMatrix<f64>| all.iter().all(|v| v.is_finite());

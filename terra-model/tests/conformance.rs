@@ -2,13 +2,15 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout)]
 
+use std::sync::Arc;
+
 use terra_model::conformance::{
     check_effect, check_effect_dyn, check_model, check_model_dyn, check_model_with, check_pair,
 };
 use terra_model::models::Slots;
 use terra_model::{
-    Contact, Effect, ForceLaw, Hook, Law, ModelError, Param, Real, Registry, Scale, Soil,
-    TerrainModel, Touch, WheelForces,
+    AnyEffect, AnyModel, Contact, Effect, ForceLaw, Hook, Law, ModelError, Param, Real, Registry,
+    Scale, Soil, TerrainModel, Touch, WheelForces,
 };
 
 #[test]
@@ -213,11 +215,34 @@ impl<const FAULT: u8> Effect for Softer<FAULT> {
     };
     const REGIME: &'static str = "everywhere";
     const ISOLATED_BY: &'static str = "a plate test";
+    const FLAT: bool = FAULT == 6 || FAULT == 7;
 
     fn before<T: Real>(&self, e: &[T], _soil: &Soil<T>, at: &mut Contact<T>) {
         let nominal = if FAULT == 3 { 1.001 } else { 1.0 };
-        at.hooks.stiffness = at.hooks.stiffness / (e[0] + nominal);
+        let size = if FAULT == 5 || FAULT == 6 {
+            e[0].squared()
+        } else {
+            e[0]
+        };
+        at.hooks.stiffness = at.hooks.stiffness / (size + nominal);
     }
+}
+
+/// An effect by the square of its magnitude that does not say that it is flat at zero is found, and so is one that says it and is
+/// not: a screen by slopes would not see the first, and one by secants would ask the second for nothing.
+#[test]
+fn an_effect_without_a_slope_at_zero_says_so() {
+    let model = Registry::builtin().model("wong-reece").unwrap();
+    fn pair<const FAULT: u8>(model: &Arc<dyn AnyModel>) -> Result<(), String> {
+        let effect: Arc<dyn AnyEffect> = Arc::new(Softer::<FAULT>);
+        check_pair(model, &effect)
+            .map(drop)
+            .map_err(|e| e.to_string())
+    }
+    assert_eq!(pair::<0>(&model), Ok(()));
+    assert!(pair::<5>(&model).unwrap_err().contains("flat"));
+    assert_eq!(pair::<6>(&model), Ok(()));
+    assert!(pair::<7>(&model).unwrap_err().contains("flat"));
 }
 
 #[test]

@@ -234,13 +234,19 @@ fn paths(rows: &[RigRow]) -> Vec<Option<f64>> {
 
 /// ω \[rad/s\] that slip and travel speed tell of a wheel that does not stand or spin in place.
 fn wheel_speed(row: &RigRow, radius: f64) -> Option<f64> {
-    let (v, s) = (row.travel_speed?, row.slip.value);
-    let rim = if s < 0.0 {
-        v * (1.0 + s)
+    let v = row.travel_speed.filter(|v| *v > 0.0)?;
+    let rim = rim_speed(v, row.slip.value, 0.0);
+    rim.is_finite().then_some(rim / radius)
+}
+
+/// R ω of a wheel that travels at v with a slip, whose size is held at 1 less this: driving 1 - s = v/(R ω), braking 1 + s = R ω/v.
+fn rim_speed(v: f64, slip: f64, least: f64) -> f64 {
+    let ratio = 1.0 - slip.abs();
+    if slip < 0.0 {
+        v * ratio
     } else {
-        v / (1.0 - s)
-    };
-    (v > 0.0 && rim.is_finite()).then_some(rim / radius)
+        v / ratio.max(least)
+    }
 }
 
 fn sd_column(name: &str) -> String {
@@ -273,11 +279,7 @@ fn speed_noise(row: &RigRow, rover: &Rover) -> Result<f64, GapError> {
         .unwrap_or(0.0);
     // 1 - s (driving) or 1 + s (braking) is a ratio of the two speeds.
     let ratio = 1.0 - row.slip.value.abs();
-    let rim = if row.slip.value < 0.0 {
-        v * ratio
-    } else {
-        v / ratio.max(1e-3)
-    };
+    let rim = rim_speed(v, row.slip.value, 1e-3);
     Ok(ratio * ((travel / v).powi(2) + (rim_noise / rim.abs().max(1e-9)).powi(2)).sqrt())
 }
 
