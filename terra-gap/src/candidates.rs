@@ -5,7 +5,7 @@ use std::sync::Arc;
 use terra_data::Rover;
 use terra_model::{AnyEffect, Law, Registry, Scope, Touch};
 
-use crate::dataset::DataSet;
+use crate::dataset::{DataSet, Ranges};
 use crate::error::GapError;
 use crate::settings::{LogKind, Settings};
 
@@ -46,7 +46,8 @@ impl Candidates {
     }
 }
 
-/// Gates the registry's effects.
+/// Gates the registry's effects. `before`: what a simulator's log went through, against which the log may differ by being otherwise as
+/// a whole.
 ///
 /// # Errors
 /// An unknown name in the settings.
@@ -57,6 +58,7 @@ pub(crate) fn gate(
     rover: &Rover,
     kind: LogKind,
     settings: &Settings,
+    before: Option<&Ranges>,
 ) -> Result<Candidates, GapError> {
     if let Some(names) = &settings.effects {
         for name in names {
@@ -86,7 +88,7 @@ pub(crate) fn gate(
         }
         let mut reasons = vec![];
         for effect in asked {
-            match reason_against(&effect, law, data, rover, kind) {
+            match reason_against(&effect, law, data, rover, kind, before) {
                 None => out.effects.push(effect),
                 Some(reason) => reasons.push((name.to_owned(), reason)),
             }
@@ -111,6 +113,7 @@ fn reason_against(
     data: &DataSet,
     rover: &Rover,
     kind: LogKind,
+    before: Option<&Ranges>,
 ) -> Option<String> {
     let has = |stem: &str| data.channels.iter().any(|c| c.name.starts_with(stem));
     match (effect.scope(), kind) {
@@ -161,10 +164,10 @@ fn reason_against(
         "terrain-drift" if kind == LogKind::Rig && !tells(data, "path") => {
             "no path in the log: it takes time_s, travel_speed_m_s and trials of more than one row"
         }
-        "multipass" if kind == LogKind::Rig && !varies(data, "pass", 0.0) => {
+        "multipass" if kind == LogKind::Rig && !varies(data, before, "pass", 0.0) => {
             "all rows are the same pass"
         }
-        "rate-stiffening" if kind == LogKind::Rig && !varies(data, "speed", 0.2) => {
+        "rate-stiffening" if kind == LogKind::Rig && !varies(data, before, "speed", 0.2) => {
             "the travel speed is the same in all rows, so speed and stiffness cannot be told apart"
         }
         _ => return None,
@@ -187,18 +190,15 @@ fn tells(data: &DataSet, factor: &str) -> bool {
     rows.any(|o| o.factors.get(factor).is_some_and(|v| *v > 0.0))
 }
 
-fn varies(data: &DataSet, factor: &str, relative: f64) -> bool {
-    let v: Vec<f64> = data
-        .observations
-        .iter()
-        .filter_map(|o| o.factors.get(factor).copied())
-        .collect();
-    let (low, high) = v
-        .iter()
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| {
-            (a.min(*x), b.max(*x))
-        });
-    high - low > relative * low.abs()
+/// Whether rows differ in it, from each other or from those before.
+fn varies(data: &DataSet, before: Option<&Ranges>, factor: &str, relative: f64) -> bool {
+    let own = data.range_of(factor);
+    let before = before.and_then(|b| b.get(factor)).copied();
+    let both = match (own, before) {
+        (Some(own), Some(before)) => (own.0.min(before.0), own.1.max(before.1)),
+        (own, _) => own.unwrap_or((f64::INFINITY, f64::NEG_INFINITY)),
+    };
+    both.1 - both.0 > relative * both.0.abs()
 }
 
 #[cfg(test)]
@@ -221,7 +221,8 @@ mod tests {
                 dropped: std::collections::BTreeMap::new(),
                 notes: vec![],
             };
-            let found = gate(&registry, &law, &data, &rover, LogKind::Drive, &settings).unwrap();
+            let kind = LogKind::Drive;
+            let found = gate(&registry, &law, &data, &rover, kind, &settings, None).unwrap();
             let mine = found.effects.iter().filter(|e| e.name() == name);
             mine.map(|e| e.form()).collect::<Vec<_>>()
         };

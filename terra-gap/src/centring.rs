@@ -7,7 +7,7 @@ use crate::dataset::DataSet;
 use crate::error::GapError;
 use crate::fit::{Fit, fit_from, residual};
 use crate::hypothesis::Hypothesis;
-use crate::latent::recentre;
+use crate::latent::{recentre, scanned};
 use crate::noise::NoiseModel;
 use crate::null::{FAR, WORSE};
 use crate::predictor::{AnyPredictor, Predictor};
@@ -19,6 +19,8 @@ use crate::weigh::again;
 /// Rounds at most, and the prior sd by which a fit then still stands.
 const ROUNDS: usize = 20;
 const STILL: f64 = 0.02;
+/// Fall of the cost per value by which a round still leads on where the soil is held.
+const LEADS_ON: f64 = 0.005;
 /// Prior sd of a soil parameter from which a fit may have been led astray by slips that were taken as they were read.
 const ASTRAY: f64 = 3.0;
 
@@ -83,18 +85,20 @@ impl Nominal<'_, '_> {
         noise: NoiseModel,
     ) -> Result<Centred, GapError> {
         let (measured, x) = (data.clone(), fitted.x.as_slice().to_vec());
-        let (found, settled) = self.rounds(data, noise, &x, Some(fitted))?;
+        let (found, settled) = self.rounds(data, noise, &x, Some(fitted), false)?;
         let found = found.ok_or(GapError::Soil("a re-fit without an end".to_owned()))?;
         let far = self.is_far(&measured, &found.fitted);
         let astray = found.fitted.x.iter().any(|x| x.abs() > ASTRAY);
-        if self.setup.kind != LogKind::Drive || !(astray || !settled && !far) {
+        // A simulator's log was followed from inputs where they were: the prior centre is meant for those.
+        let known = self.setup.inherited.is_some();
+        if self.setup.kind != LogKind::Drive || !(astray || !settled && !far || known) {
             return Ok(found);
         }
         let (mut again, centre) = (measured, vec![0.0; self.null.len()]);
         let noise = NoiseModel::propagate(&again, self.predictor, self.null, &centre)?;
         let noise = self.with_roughness(&mut again, self.predictor, noise, &centre)?;
         // A way that ends where the law has no answer is no better one.
-        let Ok((Some(other), _)) = self.rounds(&mut again, noise, &centre, None) else {
+        let Ok((Some(other), _)) = self.rounds(&mut again, noise, &centre, None, known) else {
             return Ok(found);
         };
         // Far from the data inputs stay as they were read: it is the law that is wrong.
@@ -104,6 +108,22 @@ impl Nominal<'_, '_> {
             return Ok(other);
         }
         Ok(found)
+    }
+
+    /// The same along an explanation of a drive, whose law was known to follow the inputs where they were; none that stays far from
+    /// the data.
+    pub(crate) fn along(
+        &self,
+        data: &DataSet,
+        noise: &NoiseModel,
+        x: &[f64],
+    ) -> Option<(DataSet, Centred)> {
+        let mut data = data.clone();
+        data.observations.iter_mut().for_each(|o| o.shift.clear());
+        let found = self.rounds(&mut data, noise.clone(), x, None, true);
+        let (found, _) = found.ok()?;
+        let found = found.filter(|f| !self.is_far(&data, &f.fitted))?;
+        Some((data, found))
     }
 
     fn is_far(&self, data: &DataSet, fit: &Fit) -> bool {
@@ -117,14 +137,20 @@ impl Nominal<'_, '_> {
         noise: NoiseModel,
         at: &[f64],
         end: Option<Fit>,
+        known: bool,
     ) -> Result<(Option<Centred>, bool), GapError> {
         let Nominal {
             predictor, null, ..
         } = *self;
         let (mut now, mut noise, mut fitted) = (predictor.with_raw(&[]), noise, end);
+        if known && let Some(scanned) = scanned(data, predictor, null, at, &noise)? {
+            now = scanned;
+        }
         let (mut at, mut nearby, mut settled) = (at.to_vec(), None, false);
+        let held = self.setup.inherited.is_some();
         for _ in 0..ROUNDS {
-            if settled || fitted.as_ref().is_some_and(|f| self.is_far(data, f)) {
+            let far = |f: &Fit| !known && self.is_far(data, f);
+            if settled || fitted.as_ref().is_some_and(far) {
                 break;
             }
             let where_they_were = data.clone();
@@ -152,7 +178,12 @@ impl Nominal<'_, '_> {
                 break;
             }
             let still = |(to, from): (&f64, &f64)| (to - from).abs() < STILL;
-            settled = next.fitted.x.iter().zip(&at).all(still);
+            // Where the soil is held the inputs may still move.
+            let leads_on = held
+                && fitted
+                    .as_ref()
+                    .is_none_or(|f| f.cost - next.fitted.cost > LEADS_ON * data.len() as f64);
+            settled = !leads_on && next.fitted.x.iter().zip(&at).all(still);
             at = next.fitted.x.as_slice().to_vec();
             (now, nearby, noise) = (next.predictor, slopes, next.noise);
             fitted = Some(next.fitted);

@@ -70,7 +70,15 @@ fn closing(
     settings.effects = Some(effects.to_vec());
     settings.combine = effects.len().clamp(1, 2);
     let (law, rover) = (&setup.law, setup.rover);
-    let candidates = gate(setup.registry, law, &noisy, rover, setup.kind, &settings)?;
+    let candidates = gate(
+        setup.registry,
+        law,
+        &noisy,
+        rover,
+        setup.kind,
+        &settings,
+        None,
+    )?;
     let found = weigh_rivals(&mut noisy, predictor, setup, &settings, &candidates)?;
     let Ok((rivals, _)) = found else {
         return Ok(None);

@@ -4,7 +4,8 @@
 //! effect. So the nominal law gets a smooth error of its form, free while it is fitted to the simulator's log and frozen
 //! afterwards: what is then missing on the real log is missing in the simulator too.
 //!
-//! What the error looks like is in [`form_error`](crate::form_error). Soil on the real log: centre of the
+//! What the error looks like is in [`form_error`](crate::form_error); what of the library's effects the simulator's log shows beside it
+//! is [shared](crate::shared). Soil on the real log: centre of the
 //! baseline's fit, a tenth of the prior spread; `soil-change` alone has the whole spread, and on other soil the form's error may
 //! be another by half of its own spread. How well the simulator's log
 //! determines soil and form, the covariance P of that fit, is part of the real log's noise: G P G', G the values' slopes.
@@ -15,8 +16,9 @@ use std::sync::Arc;
 
 use terra_data::Rover;
 use terra_mme::{Centre, FitSpace, Priors};
-use terra_model::{ForceLaw, Law, Registry, Scale};
+use terra_model::{AnyEffect, ForceLaw, Law, Registry, Scale};
 
+use crate::candidates::gate;
 use crate::dataset::DataSet;
 use crate::error::GapError;
 use crate::evidence::posterior;
@@ -26,8 +28,9 @@ use crate::hypothesis::Hypothesis;
 use crate::noise::Inherited;
 use crate::null::{drop_unanswered, refit_to_the_end};
 use crate::predictor::Predictor;
-use crate::settings::LogKind;
+use crate::settings::{LogKind, Settings};
 use crate::setup::{OTHER_SOIL, Rival, Setup};
+use crate::shared;
 use crate::soil::{free_soil, widths};
 use crate::soil_space::SoilSpace;
 use crate::weigh::Weighed;
@@ -41,6 +44,8 @@ const MOVED: f64 = 1.0;
 /// the square of a number's own sd, so that they are a third of their sd from their best in the mean at most. At a kink of the law, where a far
 /// fit often ends, no step keeps what the slopes promise.
 const ENDED: f64 = 0.1;
+/// Misfit per value up to which a simulator's log is followed as well as noise lets tell.
+const FOLLOWED: f64 = 1.05;
 /// Share of the prior spread that the same soil may differ by between the two logs.
 const SAME_SOIL: f64 = 0.1;
 
@@ -53,12 +58,42 @@ pub struct Baseline {
     pub values: usize,
     /// Root mean square of the form's error over the anchored slips: pull in loads, torque in loads times radius, ln sinkage.
     pub form_error: [f64; 3],
+    /// Effects that the simulator's log shows itself: on the real log a cause of these is a change.
+    pub shows: Vec<Shown>,
     /// False: the soil may have changed between the logs, and `soil-change` competes.
     pub same_soil: bool,
+    /// Whether its vehicle carries its load otherwise in turns than a real one.
+    #[serde(skip)]
+    pub(crate) otherwise_loaded: bool,
     /// Rows of that log that were not used, by reason.
     pub dropped: BTreeMap<String, usize>,
     /// What was noted of it and of the fit to it.
     pub notes: Vec<String>,
+}
+
+/// The nominal law as it follows a simulator's log.
+struct Followed {
+    data: DataSet,
+    /// With the effects that this shows.
+    joined: Hypothesis,
+    fit: Fit,
+    /// Whether it did so without any.
+    well: bool,
+    /// ln Z.
+    says: f64,
+}
+
+/// An effect that a simulator's log shows.
+#[derive(Clone, Debug, serde::Serialize)]
+pub struct Shown {
+    /// Its name.
+    pub effect: String,
+    /// Its form.
+    pub form: String,
+    /// How much of it.
+    pub magnitude: f64,
+    /// In this unit.
+    pub unit: String,
 }
 
 /// The nominal simulator made like the outside one, with its rivals on the real log.
@@ -72,6 +107,7 @@ pub(crate) fn against<'a>(
     registry: &'a Registry,
     rover: &'a Rover,
     kind: LogKind,
+    settings: &Settings,
     same_soil: bool,
     labels: &[String],
 ) -> Result<(Setup<'a>, Baseline), GapError> {
@@ -99,16 +135,44 @@ pub(crate) fn against<'a>(
             null.len()
         )));
     }
-    let found = refit_to_the_end(&mut data, predictor, &setup, &null).map_err(of_the_simulator)?;
-    let ended = |fit: &Fit| {
-        let misfit = (fit.chi2() / data.len() as f64).max(1.0);
-        fit.converged || fit.promise() < ENDED * misfit * fit.x.len() as f64
+    let every = Settings {
+        effects: None,
+        ..settings.clone()
     };
-    let Some(fit) = found.map(|f| f.fitted).filter(ended) else {
-        return Err(GapError::Simulator(
-            "the fit of the nominal simulator to it did not converge".to_owned(),
-        ));
+    let candidates = gate(registry, &law, &data, rover, kind, &every, None)?;
+    let followed = |mut data: DataSet, by: &dyn Predictor| -> Result<Followed, GapError> {
+        let found = refit_to_the_end(&mut data, by, &setup, &null)?;
+        let ended = |fit: &Fit| {
+            let misfit = (fit.chi2() / data.len() as f64).max(1.0);
+            fit.converged || fit.promise() < ENDED * misfit * fit.x.len() as f64
+        };
+        let found = found.filter(|f| ended(&f.fitted)).ok_or_else(|| {
+            let why = "the fit of the nominal simulator to it did not converge";
+            GapError::Simulator(why.to_owned())
+        })?;
+        let well = found.fitted.chi2() < FOLLOWED * data.len() as f64;
+        let (by, whitener) = (&*found.predictor, found.noise.whitener(&data)?);
+        let (null, fit, effects) = (&null, found.fitted, &candidates.effects);
+        let (joined, fit) = shared::joined(&data, by, null, fit, &whitener, effects, kind)?;
+        let says = posterior(&joined, &fit).log_evidence;
+        Ok(Followed {
+            data,
+            joined,
+            fit,
+            well,
+            says,
+        })
     };
+    // A simulator's vehicle may be loaded otherwise in turns than ours.
+    let as_ours = followed(data.clone(), predictor).map_err(of_the_simulator);
+    let other = predictor.otherwise_loaded();
+    let other = other.filter(|_| !as_ours.as_ref().is_ok_and(|f| f.well));
+    let other = other.and_then(|other| followed(data, &*other).ok());
+    let least = as_ours.as_ref().map_or(f64::NEG_INFINITY, |f| f.says);
+    let other = other.filter(|f| f.says > least);
+    let otherwise_loaded = other.is_some();
+    let found = other.map_or(as_ours, Ok)?;
+    let (mut data, joined, fit) = (found.data, found.joined, found.fit);
     if !fit.converged {
         data.notes.push(format!(
             "the fit to the simulator's log is not certified: no step leads down, but its slopes promise {:.1} of a misfit of {:.0}",
@@ -116,17 +180,21 @@ pub(crate) fn against<'a>(
             fit.chi2()
         ));
     }
-    let p = null.parameters(fit.x.as_slice());
+    let ranges = data.ranges();
+    let all = joined.parameters(fit.x.as_slice());
+    let (p, magnitudes) = all.split_at(law.params().len());
     let baseline = Baseline {
         chi2_per_dof: fit.chi2() / data.len() as f64,
         values: data.len(),
         form_error: form.sizes(p.get(law.model().params().len()..).unwrap_or(&[])),
+        shows: shown(&joined, magnitudes),
         same_soil,
+        otherwise_loaded,
         dropped: data.dropped,
         notes: data.notes,
     };
-    let whole = around(&law, &p, rover, 1.0, OTHER_FORM)?;
-    let narrow = around(&law, &p, rover, SAME_SOIL, 0.0)?;
+    let whole = around(&law, p, rover, 1.0, OTHER_FORM)?;
+    let narrow = around(&law, p, rover, SAME_SOIL, 0.0)?;
     let structures = if same_soil {
         vec![]
     } else {
@@ -136,7 +204,7 @@ pub(crate) fn against<'a>(
             soil: Arc::new(SoilSpace::new(whole, labels)),
         }]
     };
-    let covariance = posterior(&null, &fit).covariance;
+    let covariance = posterior(&joined, &fit).covariance;
     // Each number that the data determine takes one value's misfit away.
     let determined = fit.x.len() as f64 - covariance.trace();
     let excess = (fit.chi2() / (baseline.values as f64 - determined)).max(1.0);
@@ -152,14 +220,32 @@ pub(crate) fn against<'a>(
         soil: Arc::new(SoilSpace::new(narrow, labels)),
         structures,
         inherited: Some(Inherited {
-            hypothesis: null,
+            hypothesis: joined,
             x: fit.x.as_slice().to_vec(),
             root,
             excess,
+            ranges,
         }),
         ..setup
     };
     Ok((setup, baseline))
+}
+
+/// The effects that joined, each with its first magnitude.
+fn shown(joined: &Hypothesis, magnitudes: &[f64]) -> Vec<Shown> {
+    let mut left = magnitudes;
+    let of = |effect: &Arc<dyn AnyEffect>| {
+        let (own, rest) = left.split_at(effect.params().len());
+        left = rest;
+        let (param, magnitude) = effect.params().iter().zip(own).next()?;
+        Some(Shown {
+            effect: effect.name().to_owned(),
+            form: effect.form().to_owned(),
+            magnitude: *magnitude,
+            unit: param.unit.to_owned(),
+        })
+    };
+    joined.effects().iter().filter_map(of).collect()
 }
 
 /// What the simulator's log itself brings about is no fault of the log to be diagnosed.

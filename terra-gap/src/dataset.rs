@@ -18,6 +18,9 @@ pub struct ChannelInfo {
 /// Where in the regime an observation lies: slip, load, speed, pass, ... by name.
 pub type Factors = BTreeMap<&'static str, f64>;
 
+/// From where to where each factor goes.
+pub(crate) type Ranges = BTreeMap<&'static str, (f64, f64)>;
+
 /// One observation: a rig row or a window of a drive.
 #[derive(Clone, Debug)]
 pub struct Observation {
@@ -38,8 +41,18 @@ pub struct Observation {
     /// What a residual gains for its inputs being taken where they most probably were, one a value; empty where they are taken
     /// as they were read.
     pub(crate) shift: Vec<f64>,
+    /// What a residual gains for effects that a simulator's log shows too, one a value; empty where it shows none.
+    pub(crate) carried: Vec<f64>,
     /// Regime.
     pub factors: Factors,
+}
+
+impl Observation {
+    /// What each value's residual gains beside the model's own.
+    pub(crate) fn added(&self) -> impl Iterator<Item = f64> + '_ {
+        let of = |v: &[f64], k: usize| v.get(k).copied().unwrap_or(0.0);
+        (0..self.channels.len()).map(move |k| of(&self.shift, k) + of(&self.carried, k))
+    }
 }
 
 /// Everything measured, with its channels.
@@ -86,6 +99,28 @@ impl DataSet {
             }
         }
         groups
+    }
+
+    /// From where to where a factor goes, where some observation has it.
+    pub(crate) fn range_of(&self, factor: &str) -> Option<(f64, f64)> {
+        let each = self
+            .observations
+            .iter()
+            .filter_map(|o| o.factors.get(factor));
+        let from = (f64::INFINITY, f64::NEG_INFINITY);
+        let (low, high) = each.fold(from, |(a, b), v| (a.min(*v), b.max(*v)));
+        (low <= high).then_some((low, high))
+    }
+
+    /// The same of all factors.
+    pub(crate) fn ranges(&self) -> Ranges {
+        let names = self
+            .observations
+            .iter()
+            .flat_map(|o| o.factors.keys().copied());
+        let names: std::collections::BTreeSet<&str> = names.collect();
+        let of = |name| Some((name, self.range_of(name)?));
+        names.into_iter().filter_map(of).collect()
     }
 
     /// Observation and channel of each stacked value.

@@ -18,6 +18,7 @@ use crate::predictor::Predictor;
 use crate::rivals::weigh_rivals;
 use crate::settings::{LogKind, Settings};
 use crate::setup::{Screened, Setup};
+use crate::shared::carry;
 
 /// Misfit per value at each step of the way.
 #[derive(Clone, Debug, Default)]
@@ -155,6 +156,9 @@ pub(crate) fn diagnose(
     setup: &Setup<'_>,
     settings: &Settings,
 ) -> Result<Diagnosis, GapError> {
+    if let Some(inherited) = &setup.inherited {
+        carry(&mut data, measured, &inherited.hypothesis, &inherited.x);
+    }
     let candidates = gate(
         setup.registry,
         &setup.law,
@@ -162,6 +166,7 @@ pub(crate) fn diagnose(
         setup.rover,
         setup.kind,
         settings,
+        setup.inherited.as_ref().map(|i| &i.ranges),
     )?;
     if settings.effects.as_ref().is_some_and(|e| !e.is_empty()) && candidates.effects.is_empty() {
         let why: Vec<String> = candidates
@@ -428,6 +433,7 @@ mod tests {
             values: vec![0.0; 2],
             raw_sd: vec![],
             shift: vec![],
+            carried: vec![],
             factors: Factors::new(),
         };
         let data = DataSet {

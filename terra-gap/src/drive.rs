@@ -247,14 +247,11 @@ impl DrivePredictor {
         }
     }
 
-    /// Predicted readings of a stance, whose numbers may be constants. `on_wheel`: what the ground gives a wheel, by its number.
-    fn readings<T: Scalar, S: Factor<T>>(
-        law: &Law,
-        p: &[T],
-        given: &Given<S>,
+    /// What the ground gives a vehicle, whose numbers may be constants. `on_wheel`: what it gives a wheel, by its number.
+    fn ground<T: Scalar, S: Factor<T>>(
         stance: &Stance<S>,
         mut on_wheel: impl FnMut(usize) -> Result<OnWheel<T>, GapError>,
-    ) -> Result<[T; VALUES], GapError> {
+    ) -> Result<Ground<T>, GapError> {
         let mut ground = Ground::none();
         let half_track = stance.vehicle.track * 0.5;
         let mut pull = [T::zero(); 4];
@@ -268,17 +265,19 @@ impl DrivePredictor {
         }
         ground.force = pull[0] + pull[1] + pull[2] + pull[3];
         ground.moment += half_track.times(&(pull[1] + pull[3] - pull[0] - pull[2]));
-        Ok(Self::told(law, p, given, stance, ground))
+        Ok(ground)
     }
 
-    /// What the sensors tell of a stance on ground that gives so much.
-    fn told<T: Scalar, S: Factor<T>>(
-        law: &Law,
-        p: &[T],
+    /// Adds a share of what the sensors tell of a stance on ground that gives so much: in place, as numbers with slopes are long to
+    /// copy.
+    fn add_told<T: Scalar, S: Factor<T>>(
+        told: &mut [T; VALUES],
+        share: T::Primal,
+        (law, p): (&Law, &[T]),
         given: &Given<S>,
         stance: &Stance<S>,
         ground: Ground<T>,
-    ) -> [T; VALUES] {
+    ) {
         let vehicle = &stance.vehicle;
         let Ground {
             mut torque,
@@ -316,15 +315,16 @@ impl DrivePredictor {
         }
         let felt = (S::one() / vehicle.mass).times(&force);
         let zero = T::zero();
-        let mut predicted = [zero; VALUES];
-        for (told, delivered) in predicted[TORQUE..].iter_mut().zip(delivered) {
-            *told = sensor::report(law, p, Channel::WheelTorque, delivered, zero);
+        let mut tell = |k: usize, value: &T| told[k].add_scaled(value, share);
+        for (q, delivered) in delivered.into_iter().enumerate() {
+            let reported = sensor::report(law, p, Channel::WheelTorque, delivered, zero);
+            tell(TORQUE + q, &reported);
         }
-        predicted[ACCEL] = sensor::report(law, p, Channel::AccelX, felt, zero);
-        predicted[SPEED_RATE] =
-            stance.speed_gain.times(&(felt - stance.climbing.lifted())) - stance.quicker.lifted();
-        predicted[YAW_ACCELERATION] = (S::one() / vehicle.yaw_inertia).times(&moment);
-        predicted
+        tell(ACCEL, &sensor::report(law, p, Channel::AccelX, felt, zero));
+        let quicker = stance.speed_gain.times(&(felt - stance.climbing.lifted()));
+        tell(SPEED_RATE, &(quicker - stance.quicker.lifted()));
+        let turning = (S::one() / vehicle.yaw_inertia).times(&moment);
+        tell(YAW_ACCELERATION, &turning);
     }
 
     /// Their mean over stances. `on_wheel`: what the ground gives a wheel, by the number of the stance and its own.
@@ -332,18 +332,15 @@ impl DrivePredictor {
         law: &Law,
         p: &[T],
         given: &Given<S>,
-        stances: impl ExactSizeIterator<Item = Result<Stance<S>, GapError>>,
+        stances: impl ExactSizeIterator<Item = Stance<S>>,
         mut on_wheel: impl FnMut(usize, usize, &Stance<S>) -> Result<OnWheel<T>, GapError>,
     ) -> Result<[T; VALUES], GapError> {
         let mut mean = [T::zero(); VALUES];
-        let share = 1.0 / stances.len() as f64;
+        let share = T::from(1.0 / stances.len() as f64).primal();
         for (node, stance) in stances.enumerate() {
-            let stance = stance?;
-            let on_wheel = |q| on_wheel(node, q, &stance);
-            let there = Self::readings(law, p, given, &stance, on_wheel)?;
-            for (sum, value) in mean.iter_mut().zip(there) {
-                *sum += value * share;
-            }
+            stance.turns_with_its_motion()?;
+            let ground = Self::ground(&stance, |q| on_wheel(node, q, &stance))?;
+            Self::add_told(&mut mean, share, (law, p), given, &stance, ground);
         }
         Ok(mean)
     }

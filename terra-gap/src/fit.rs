@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 use terra_model::LaneDual;
 
-use crate::dataset::{DataSet, Observation, Stacked};
+use crate::dataset::{DataSet, Stacked};
 pub(crate) use crate::descent::{Effort, Known};
 use crate::descent::{End, Residuals, descend};
 use crate::error::GapError;
@@ -161,11 +161,8 @@ pub(crate) fn evaluate_from(
         at.extend(free.iter().enumerate().map(seed));
         let p = hypothesis.parameters(&at);
         let found = predictor.slopes(&hypothesis.law, &p, &(0..0), &indices, memory)?;
-        let shifts = data.observations.iter().map(|o| &o.shift);
-        let rows = found.iter().zip(shifts).flat_map(|(found, shift)| {
-            let shift = shift.iter().copied().chain(std::iter::repeat(0.0));
-            found.iter().zip(shift)
-        });
+        let each = found.iter().zip(&data.observations);
+        let rows = each.flat_map(|(found, o)| found.iter().zip(o.added()));
         for (row, (sloped, shift)) in rows.enumerate() {
             stacked.residual[row] = sloped.value + shift;
             for (column, slope) in (start..ends).zip(sloped.slopes) {
@@ -174,13 +171,6 @@ pub(crate) fn evaluate_from(
         }
     }
     Ok(stacked)
-}
-
-/// Adds what the tangent from where the inputs are taken to where they were read gives.
-fn shifted(residual: &mut [f64], observation: &Observation) {
-    for (r, shift) in residual.iter_mut().zip(&observation.shift) {
-        *r += shift;
-    }
 }
 
 /// Residual of all observations, not whitened.
@@ -208,7 +198,10 @@ fn residual_near(
     let indices: Vec<usize> = data.observations.iter().map(|o| o.index).collect();
     let mut each = predictor.residuals(&hypothesis.law, &p, &indices, memory)?;
     for (value, o) in each.iter_mut().zip(&data.observations) {
-        shifted(value, o);
+        value
+            .iter_mut()
+            .zip(o.added())
+            .for_each(|(r, more)| *r += more);
     }
     Ok(DVector::from_vec(each.concat()))
 }

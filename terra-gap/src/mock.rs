@@ -37,8 +37,8 @@ pub(crate) fn mock(
         let mut raw = predictor.raw(o.index);
         for _ in 0..ROUNDS {
             let left = predictor.residual(&hypothesis.law, &p, o.index, &raw)?;
-            for (&k, left) in positions.iter().zip(&left) {
-                raw[k] -= left;
+            for (at, (&k, left)) in positions.iter().zip(&left).enumerate() {
+                raw[k] -= left + o.carried.get(at).copied().unwrap_or(0.0);
             }
         }
         for (value, sd) in raw.iter_mut().zip(&o.raw_sd) {

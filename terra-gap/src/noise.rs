@@ -8,7 +8,7 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn, SymmetricEigen};
 
-use crate::dataset::{DataSet, Observation};
+use crate::dataset::{DataSet, Observation, Ranges};
 use crate::error::GapError;
 use crate::fit::evaluate;
 use crate::hypothesis::Hypothesis;
@@ -39,6 +39,8 @@ pub(crate) struct Inherited {
     pub(crate) root: DMatrix<f64>,
     /// How many times the stated variance the other log misfits by.
     pub(crate) excess: f64,
+    /// What it went through.
+    pub(crate) ranges: Ranges,
 }
 
 impl NoiseModel {
@@ -352,6 +354,7 @@ mod tests {
             values: vec![0.0; channels.len()],
             raw_sd: vec![],
             shift: vec![],
+            carried: vec![],
             factors: Factors::new(),
         };
         let channel = |name: &str| ChannelInfo {

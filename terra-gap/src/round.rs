@@ -9,6 +9,7 @@ use terra_model::AnyEffect;
 
 use crate::beside::Beside;
 use crate::candidates::Candidates;
+use crate::centring::Nominal;
 use crate::confirm::confirm_singles;
 use crate::dataset::DataSet;
 use crate::error::GapError;
@@ -152,7 +153,20 @@ impl Round {
         let (h, x) = (best.hypothesis.clone(), best.plain.x.clone());
         let x = x.as_slice();
         let mut slopes = None;
-        if best.plain.chi2() <= FAR * data.len() as f64 {
+        let inherited = common.setup.inherited.as_ref();
+        let along = Nominal {
+            predictor: common.predictor,
+            setup: common.setup,
+            null: &h,
+        };
+        let along = inherited.and_then(|_| along.along(data, &self.noise, x));
+        let own = if let Some((there, found)) = along {
+            (*data, *now) = (there, found.predictor);
+            Some((found.noise, 1.0))
+        } else {
+            None
+        };
+        if own.is_none() && best.plain.chi2() <= FAR * data.len() as f64 {
             // Soil that only just carries the wheel has no slopes there, and the nominal fit may have no answer where the
             // inputs are by another: then they stay where they are.
             let moved = recentre(data, (common.predictor, &**now), &h, x, &self.noise, None);
@@ -162,18 +176,23 @@ impl Round {
                 (*now, slopes) = moved.take(data);
             }
         }
-        let inherited = common.setup.inherited.as_ref();
         data.notes.retain(|n| !n.starts_with(OWN_NOISE));
-        let (noise, share) = backed(&[x.to_vec()], |ends| {
-            let noise = match slopes.take() {
-                Some(slopes) => NoiseModel::through(data, &slopes),
-                None => NoiseModel::propagate(data, &**now, &h, &ends[0])?,
-            };
-            let mut noise = noise.with(data, &**now, inherited)?;
-            let r = residual(data, &**now, &h, &ends[0])?;
-            roughness::add(&mut noise, data, common.setup.rover, &r);
-            Ok(noise)
-        })?;
+        let mut taken = || {
+            backed(&[x.to_vec()], |ends| {
+                let noise = match slopes.take() {
+                    Some(slopes) => NoiseModel::through(data, &slopes),
+                    None => NoiseModel::propagate(data, &**now, &h, &ends[0])?,
+                };
+                let mut noise = noise.with(data, &**now, inherited)?;
+                let r = residual(data, &**now, &h, &ends[0])?;
+                roughness::add(&mut noise, data, common.setup.rover, &r);
+                Ok(noise)
+            })
+        };
+        let (noise, share) = match own {
+            Some(own) => own,
+            None => taken()?,
+        };
         data.notes.extend(note_of_edge(OWN_NOISE, share));
         let at = h.effect_name();
         let common = Common {

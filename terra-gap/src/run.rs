@@ -258,12 +258,18 @@ fn with_baseline<P: Predictor>(
     let (setup, baseline) = match sim {
         None => (setup(registry, rover, kind, labels)?, None),
         Some(((data, predictor), same_soil)) => {
-            let (setup, baseline) =
-                against(data, &predictor, registry, rover, kind, same_soil, labels)?;
+            let (setup, baseline) = against(
+                data, &predictor, registry, rover, kind, settings, same_soil, labels,
+            )?;
             (setup, Some(baseline))
         }
     };
-    let mut diagnosis = diagnose(data, &predictor, &setup, settings)?;
+    // As the simulator's vehicle is.
+    let otherwise = baseline.as_ref().is_some_and(|b| b.otherwise_loaded);
+    let otherwise = otherwise.then(|| Predictor::otherwise_loaded(&predictor));
+    let by = otherwise.flatten();
+    let by: &dyn Predictor = by.as_deref().unwrap_or(&predictor);
+    let mut diagnosis = diagnose(data, by, &setup, settings)?;
     diagnosis.baseline = baseline;
     Ok((diagnosis, predictor))
 }

@@ -226,6 +226,7 @@ mod tests {
                     values: vec![0.0],
                     raw_sd: vec![],
                     shift: vec![],
+                    carried: vec![],
                     factors: crate::dataset::Factors::new(),
                 })
                 .collect(),

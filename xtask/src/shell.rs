@@ -9,6 +9,12 @@ pub(crate) fn root() -> PathBuf {
     here.parent().unwrap_or(here).to_owned()
 }
 
+/// Where cargo puts what it builds.
+pub(crate) fn target() -> PathBuf {
+    let own = std::env::var_os("CARGO_TARGET_DIR").filter(|own| !own.is_empty());
+    own.map_or_else(|| root().join("target"), |own| root().join(own))
+}
+
 /// A program with its arguments, in the root, without standard input.
 pub(crate) fn command(program: &str, arguments: &[&str]) -> Command {
     let mut command = Command::new(program);

@@ -153,6 +153,13 @@ pub(crate) fn summary(d: &Diagnosis) -> String {
             short(b.chi2_per_dof),
             100.0 * b.form_error[0]
         ));
+        let shows: Vec<String> = b.shows.iter().map(|s| s.effect.clone()).collect();
+        if !shows.is_empty() {
+            out.push_str(&format!(
+                "baseline: the simulator's log shows {} too; of these only a change is asked for\n",
+                shows.join(", ")
+            ));
+        }
     }
     for p in d.places.iter().take(2) {
         out.push_str(&format!(

@@ -278,7 +278,7 @@ impl<'a, T: Abreast> Group<'a, T> {
         predictor: &'s DrivePredictor,
         law: &'s Law,
         p: &'s [T],
-    ) -> impl ExactSizeIterator<Item = Result<Stance<T>, GapError>> + 's {
+    ) -> impl ExactSizeIterator<Item = Stance<T>> + 's {
         let of = |offset: &T| {
             let (given, raw) = (&self.given, &self.raw);
             Stance::of(&predictor.vehicle, law, p, given, raw, *offset)
@@ -290,7 +290,7 @@ impl<'a, T: Abreast> Group<'a, T> {
     pub(super) fn left<'s>(
         &'s self,
         predictor: &'s DrivePredictor,
-    ) -> impl Iterator<Item = Result<Stance<T>, GapError>> + 's {
+    ) -> impl Iterator<Item = Stance<T>> + 's {
         let of = |offset: &T| Stance::left(&predictor.vehicle, &self.given, &self.raw, *offset);
         self.offsets.iter().map(of)
     }
@@ -309,7 +309,7 @@ impl<'a, T: Abreast> Group<'a, T> {
         law: &Law,
         p: &[T],
         given: &Given<S>,
-        stances: impl ExactSizeIterator<Item = Result<Stance<S>, GapError>>,
+        stances: impl ExactSizeIterator<Item = Stance<S>>,
         near: &mut [Entries<Lanes>; NODES],
         surfaces: &Surfaces<T>,
     ) -> Result<[T; VALUES], GapError> {

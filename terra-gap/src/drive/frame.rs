@@ -46,7 +46,11 @@ impl Frame {
                 let places: Vec<usize> = members.iter().map(|(_, place)| *place).collect();
                 let windows: Vec<usize> = places.iter().map(|&place| indices[place]).collect();
                 let group = Group::of(predictor, &windows, |_, x| x);
-                let stances = group.left(predictor).collect::<Result<_, _>>().ok()?;
+                let stances: Vec<_> = group.left(predictor).collect();
+                let turns = |s: &Stance<_>| s.turns_with_its_motion().is_ok();
+                if !stances.iter().all(turns) {
+                    return None;
+                }
                 packs.push(Pack {
                     measured: std::array::from_fn(|k| group.raw[k]),
                     given: group.given,
@@ -129,10 +133,7 @@ impl Pack {
         let share = Lanes::from(1.0 / self.stances.len() as f64);
         for stance in &self.stances {
             let ground = surfaces.ground(stance, &self.given)?;
-            let told = DrivePredictor::told(law, p, &self.given, stance, ground);
-            for (sum, value) in mean.iter_mut().zip(&told) {
-                sum.add_scaled(value, share);
-            }
+            DrivePredictor::add_told(&mut mean, share, (law, p), &self.given, stance, ground);
         }
         Some(mean)
     }

@@ -105,8 +105,7 @@ pub(super) fn is_left(law: &Law) -> bool {
 impl<T: Scalar> Stance<T> {
     /// `offset` seconds from a window's middle, on its straight line of motion.
     ///
-    /// # Errors
-    /// A wheel that turns against its motion.
+    /// Whether its wheels [turn with its motion](Self::turns_with_its_motion) is asked where it lies: it is long to move.
     pub(super) fn of(
         vehicle: &Vehicle<f64>,
         law: &Law,
@@ -114,22 +113,14 @@ impl<T: Scalar> Stance<T> {
         given: &Given<T>,
         raw: &[T],
         offset: T,
-    ) -> Result<Self, GapError> {
+    ) -> Self {
         let vehicle = altered(vehicle, law, p, given.pitch);
         let speed = GroundSpeed::of(law, p, given, raw, offset);
         Stance::at(vehicle, speed, given, raw, offset)
     }
 
     /// The same under a law that [leaves it as it is](is_left).
-    ///
-    /// # Errors
-    /// As [`of`](Self::of).
-    pub(super) fn left(
-        vehicle: &Vehicle<f64>,
-        given: &Given<T>,
-        raw: &[T],
-        offset: T,
-    ) -> Result<Self, GapError> {
+    pub(super) fn left(vehicle: &Vehicle<f64>, given: &Given<T>, raw: &[T], offset: T) -> Self {
         let mut vehicle = lift(vehicle, T::from);
         vehicle.pitch = given.pitch;
         let speed = GroundSpeed::logged(raw, offset);
@@ -142,7 +133,7 @@ impl<T: Scalar> Stance<T> {
         given: &Given<T>,
         raw: &[T],
         offset: T,
-    ) -> Result<Self, GapError> {
+    ) -> Self {
         // The operator weighed the payload; an error of the file's mass does not scale it.
         vehicle.mass += given.payload;
         let GroundSpeed {
@@ -185,13 +176,6 @@ impl<T: Scalar> Stance<T> {
             let arm = vehicle.track * if left { -0.5 } else { 0.5 };
             let travel = speed + yaw_rate * arm;
             let rim = turning * vehicle.wheel_radius;
-            if (rim * travel).primal().any_lt(T::zero().primal()) {
-                return Err(GapError::Model(ModelError::Contact {
-                    quantity: "rim speed times travel speed",
-                    value: (rim * travel).primal().min_lane(),
-                    expected: "a wheel that turns with its motion",
-                }));
-            }
             let leaning = if left { T::one() - lean } else { lean + 1.0 };
             stance.travel[q] = travel;
             stance.slip[q] = library_slip(rim, travel);
@@ -199,11 +183,28 @@ impl<T: Scalar> Stance<T> {
             let one = T::one();
             stance.direction[q] = rim.select_lt(T::zero(), -one, one);
         }
-        Ok(stance)
+        stance
     }
 }
 
 impl<S: Real> Stance<S> {
+    /// # Errors
+    /// A wheel that turns against its motion.
+    pub(super) fn turns_with_its_motion(&self) -> Result<(), GapError> {
+        let radius = self.vehicle.wheel_radius.primal();
+        for (wheel, travel) in self.wheel.iter().zip(&self.travel) {
+            let with = wheel.primal() * radius * travel.primal();
+            if with.any_lt(S::zero().primal()) {
+                return Err(GapError::Model(ModelError::Contact {
+                    quantity: "rim speed times travel speed",
+                    value: with.min_lane(),
+                    expected: "a wheel that turns with its motion",
+                }));
+            }
+        }
+        Ok(())
+    }
+
     /// How far a wheel is ahead of the centre \[m\].
     pub(super) fn ahead(&self, wheel: usize) -> S {
         let vehicle = &self.vehicle;

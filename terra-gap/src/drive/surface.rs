@@ -399,7 +399,7 @@ fn contacts<T: Abreast>(
         let group = Group::of(predictor, windows, |_, x| x);
         let mut places = vec![vec![]; group.len()];
         for stance in group.stances(predictor, law, &p) {
-            let stance = stance?;
+            stance.turns_with_its_motion()?;
             for q in 0..4 {
                 let at: Contact<Lanes> = stance.contact(q, &group.given);
                 for (lane, places) in places.iter_mut().enumerate() {

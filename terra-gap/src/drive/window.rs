@@ -430,6 +430,7 @@ impl Reader {
             channels: measured,
             raw_sd: sd.to_vec(),
             shift: vec![],
+            carried: vec![],
             factors: Factors::from([
                 ("slip", slip),
                 ("speed", v.mean),

@@ -134,6 +134,7 @@ pub(crate) fn from_logs(
                     values: measured.iter().map(|&k| raw[k]).collect(),
                     raw_sd: sd.to_vec(),
                     shift: vec![],
+                    carried: vec![],
                     factors: Factors::from([
                         ("slip", slip),
                         ("speed", 0.5 * (sides[0] + sides[1])),

@@ -180,6 +180,7 @@ pub(crate) fn from_logs(
             values: r.values.clone(),
             raw_sd,
             shift: vec![],
+            carried: vec![],
             factors,
         });
         rows.push(r);

@@ -162,7 +162,15 @@ pub(crate) fn learn(
     let roughness = roughness_of(&data, &*predictor, &null, &x, &noise)?;
     let mut asked = Settings::of(rover);
     asked.effects.clone_from(&settings.effects);
-    let candidates = gate(registry, &setup.law, &data, rover, LogKind::Drive, &asked)?;
+    let candidates = gate(
+        registry,
+        &setup.law,
+        &data,
+        rover,
+        LogKind::Drive,
+        &asked,
+        None,
+    )?;
     let posterior = crate::evidence::posterior(&null, &fit);
     let nominal = Nominal {
         information: fit.jacobian.tr_mul(&fit.jacobian) + DMatrix::identity(free, free),

@@ -206,14 +206,16 @@ impl SurfaceNodes {
 
     /// Products of the polynomials at a place times a factor, in the order of nodes, into as many numbers as there are nodes.
     pub fn products(&self, at: &SurfacePlace, factor: Lanes, out: &mut [Lanes]) {
-        let of_slip = polynomials(at.slip, self.slips);
-        let of_load = polynomials(at.load, self.loads);
-        let of_beside = polynomials(at.beside, self.layers());
-        let layers = out.chunks_exact_mut(self.layer()).zip(&of_beside);
-        for (layer, of_beside) in layers {
-            let factor = *of_beside * factor;
-            for (row, of_slip) in layer.chunks_exact_mut(self.loads).zip(&of_slip) {
-                let factor = *of_slip * factor;
+        let mut of_load = [Lanes::zero(); MOST];
+        for (value, of) in of_load.iter_mut().zip(polynomials(at.load, self.loads)) {
+            *value = of;
+        }
+        let layers = out.chunks_exact_mut(self.layer());
+        for (layer, of_beside) in layers.zip(polynomials(at.beside, self.layers())) {
+            let factor = of_beside * factor;
+            let rows = layer.chunks_exact_mut(self.loads);
+            for (row, of_slip) in rows.zip(polynomials(at.slip, self.slips)) {
+                let factor = of_slip * factor;
                 for (product, of_load) in row.iter_mut().zip(&of_load) {
                     *product = *of_load * factor;
                 }
@@ -301,8 +303,7 @@ impl<T: Abreast> ForceSurface<T> {
             load: weight,
             beside: Lanes::zero(),
         });
-        let of_slip = polynomials(place.slip, slips);
-        let of_load = polynomials(place.load, loads);
+        let (of_slip, of_load) = (values(place.slip, slips), values(place.load, loads));
         let moves = |x: &T| !is_plain::<T>() && x.varies();
         let by = |term: &Term<T>| of_slip[term.number / loads] * of_load[term.number % loads];
         let mut sums =
@@ -388,11 +389,11 @@ fn extreme(k: usize, n: usize) -> f64 {
 
 /// Weight of the value at each zero in each coefficient.
 fn at_zeros(n: usize) -> Vec<Vec<f64>> {
+    let at: Vec<Vec<f64>> = (0..n)
+        .map(|k| polynomials(chebyshev(k, n), n).collect())
+        .collect();
     let weight = |degree: usize| if degree == 0 { 1.0 } else { 2.0 } / n as f64;
-    let of = |degree: usize| {
-        let at = (0..n).map(|k| (degree as f64 * chebyshev(k, n).acos()).cos());
-        at.map(|t| t * weight(degree)).collect()
-    };
+    let of = |degree: usize| at.iter().map(|t| t[degree] * weight(degree)).collect();
     (0..n).map(of).collect()
 }
 
@@ -412,12 +413,21 @@ fn at_extremes(nodes: usize) -> Vec<Vec<f64>> {
 }
 
 /// T_0(x), T_1(x), ... so many.
-fn polynomials(x: Lanes, count: usize) -> [Lanes; MOST] {
+fn polynomials<V: Real>(x: V, count: usize) -> impl Iterator<Item = V> {
+    let start = (x, V::one());
+    let next = move |(before, now): &mut (V, V)| {
+        let value = *now;
+        (*before, *now) = (value, x * value * 2.0 - *before);
+        Some(value)
+    };
+    (0..count).scan(start, move |state, _| next(state))
+}
+
+/// The same in a row.
+fn values(x: Lanes, count: usize) -> [Lanes; MOST] {
     let mut out = [Lanes::one(); MOST];
-    let (mut before, mut now) = (x, Lanes::one());
-    for value in &mut out[..count] {
-        *value = now;
-        (before, now) = (now, x * now * 2.0 - before);
+    for (value, of) in out.iter_mut().zip(polynomials(x, count)) {
+        *value = of;
     }
     out
 }
