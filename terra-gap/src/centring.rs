@@ -91,7 +91,9 @@ impl Nominal<'_, '_> {
         let astray = found.fitted.x.iter().any(|x| x.abs() > ASTRAY);
         // A simulator's log was followed from inputs where they were: the prior centre is meant for those.
         let known = self.setup.inherited.is_some();
-        if self.setup.kind != LogKind::Drive || !(astray || !settled && !far || known) {
+        let unsettled = !settled && !far;
+        let asked = astray || unsettled || known;
+        if self.setup.kind != LogKind::Drive || !asked {
             return Ok(found);
         }
         let (mut again, centre) = (measured, vec![0.0; self.null.len()]);

@@ -2,8 +2,8 @@
 
 use terra::data::RigLog;
 use terra::gap::{
-    CauseKind, Diagnosis, Settings, diagnose_drive_against, diagnose_rig, diagnose_rig_against,
-    is_instrument,
+    CauseKind, Diagnosis, Settings, diagnose_drive, diagnose_drive_against, diagnose_rig,
+    diagnose_rig_against, is_instrument,
 };
 use terra::model::Registry;
 use terra::sim::integrate::DormandPrince;
@@ -181,4 +181,47 @@ fn a_drive_is_compared_with_a_foreign_wheel_law() {
     assert_eq!(d.causes[0].name, "torque-scale", "{:?}", d.set);
     let gain = d.causes[0].log_evidence_gain;
     assert!(gain > asked, "{gain}");
+}
+
+/// A simulator that knows ruts and soil piled up aside has them in its own log. That they are in the real one too is no gap, nor is a
+/// log a gap to itself; the nominal law alone names them. On a drive of the same vehicle that shows no more of them nothing is said.
+#[test]
+fn an_effect_that_both_drives_show_is_no_gap() {
+    let (rover, registry, mut scenario) = example();
+    let settings = Settings::of(&rover);
+    let mut drive = |seed: u64, effects: &[(&str, f64)]| {
+        scenario.seed = seed;
+        scenario.effects = effects.iter().copied().map(set).collect();
+        let run = simulate_drive_with(&scenario, &rover, &registry, Integrator::default());
+        run.unwrap().log
+    };
+    let both = [("lateral-bulldozing", 1.5), ("multipass", 0.6)];
+    let (sim, real) = (drive(101, &both), drive(1, &both));
+    let alone = diagnose_drive(&real, &rover, &registry, &settings).unwrap();
+    assert!(alone.set.iter().all(|s| s != "none"), "{:?}", alone.set);
+    for real in [&real, &sim] {
+        let d = diagnose_drive_against(&sim, real, &rover, &registry, &settings, false).unwrap();
+        assert_eq!(d.verdict, "none", "{:?} {:?}", d.set, d.reason);
+        assert!(!d.baseline.unwrap().shows.is_empty());
+    }
+    let more = [both[0], both[1], ("torque-scale", 0.12)];
+    let real = drive(1, &more);
+    let d = diagnose_drive_against(&sim, &real, &rover, &registry, &settings, false).unwrap();
+    assert_eq!(d.causes[0].name, "torque-scale", "{:?}", d.set);
+}
+
+/// The second pass of a rig against the first: every row of the log is of one pass, and it is another than the simulator's.
+#[test]
+fn a_rig_s_second_pass_is_asked_against_its_first() {
+    let (rover, registry) = (rig(), Registry::builtin());
+    let settings = Settings::of(&rover);
+    let (sim, mut real) = (log("", 101), log("", 1));
+    let asked = |real: &RigLog| {
+        let d = diagnose_rig_against(&sim, real, &rover, &registry, &settings, false);
+        let d = d.unwrap().0;
+        d.not_asked.iter().all(|(name, _)| name != "multipass")
+    };
+    assert!(!asked(&real));
+    real.rows.iter_mut().for_each(|r| r.pass = 2);
+    assert!(asked(&real));
 }
