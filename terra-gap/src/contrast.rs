@@ -153,7 +153,7 @@ pub(crate) fn against<'a>(
         let well = found.fitted.chi2() < FOLLOWED * data.len() as f64;
         let (by, whitener) = (&*found.predictor, found.noise.whitener(&data)?);
         let (null, fit, effects) = (&null, found.fitted, &candidates.effects);
-        let (joined, fit) = shared::joined(&data, by, null, fit, &whitener, effects, kind)?;
+        let (joined, fit) = shared::joined(&data, by, null, fit, &whitener, effects, kind);
         let says = posterior(&joined, &fit).log_evidence;
         Ok(Followed {
             data,

@@ -57,13 +57,16 @@ pub(crate) fn joined(
     whitener: &Whitener,
     effects: &[Arc<dyn AnyEffect>],
     kind: LogKind,
-) -> Result<(Hypothesis, Fit), GapError> {
+) -> (Hypothesis, Fit) {
     let joins = joins(kind);
     let (mut hypothesis, mut fit) = (null.clone(), fit);
     let mut left = effects.to_vec();
     left.retain(|e| may_be_shown(&**e));
     while hypothesis.effects().len() < MOST {
-        let here = by_the_law(data, predictor, &hypothesis, &fit, whitener)?;
+        // At the edge of what the soil carries the law has no slopes to screen by.
+        let Ok(here) = by_the_law(data, predictor, &hypothesis, &fit, whitener) else {
+            break;
+        };
         let says = posterior(&hypothesis, &here).log_evidence;
         let none = &mut vec![];
         let (screen, asked) =
@@ -94,7 +97,7 @@ pub(crate) fn joined(
         }
         (hypothesis, fit) = (with, found);
     }
-    Ok((hypothesis, fit))
+    (hypothesis, fit)
 }
 
 /// Gives a real log's residuals what the simulator's effects come to there. An observation in which they have no answer is left out,
@@ -129,5 +132,46 @@ pub(crate) fn carry(data: &mut DataSet, predictor: &dyn Predictor, joined: &Hypo
     let mut values = all.iter().copied();
     for o in &mut data.observations {
         o.carried = values.by_ref().take(o.channels.len()).collect();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use terra_model::Registry;
+
+    use super::*;
+
+    /// What the vehicle weighs and measures, and ground that changes with path, passes, side, speed or turning; not what acts by slip and
+    /// load alone, no sensor, and no load on the body.
+    #[test]
+    fn a_simulator_shows_what_slip_and_load_do_not_tell() {
+        let registry = Registry::builtin();
+        let shown = |name: &str| may_be_shown(&*registry.effect(name).unwrap());
+        for name in [
+            "cg-offset",
+            "mass-error",
+            "track-width-error",
+            "multipass",
+            "terrain-drift",
+            "rate-stiffening",
+            "lateral-contrast",
+            "lateral-bulldozing",
+            "skid-steer-lateral-slip",
+        ] {
+            assert!(shown(name), "{name}");
+        }
+        for name in [
+            "slip-sinkage",
+            "grousers",
+            "rear-contact",
+            "load-error",
+            "torque-scale",
+            "ground-speed-scale",
+            "accel-bias",
+            "drivetrain-coulomb-friction",
+            "tow-load",
+        ] {
+            assert!(!shown(name), "{name}");
+        }
     }
 }
