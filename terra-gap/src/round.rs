@@ -159,18 +159,19 @@ impl Round {
             setup: common.setup,
             null: &h,
         };
+        let start = fitted.x.as_slice();
         let along = inherited.and_then(|_| along.along(data, &self.noise, x));
-        let own = if let Some((there, found)) = along {
+        let along = along.filter(|(there, found)| {
+            residual(there, &*found.predictor, common.null, start).is_ok()
+        });
+        let own = along.map(|(there, found)| {
             (*data, *now) = (there, found.predictor);
-            Some((found.noise, 1.0))
-        } else {
-            None
-        };
+            (found.noise, 1.0)
+        });
         if own.is_none() && best.plain.chi2() <= FAR * data.len() as f64 {
             // Soil that only just carries the wheel has no slopes there, and the nominal fit may have no answer where the
             // inputs are by another: then they stay where they are.
             let moved = recentre(data, (common.predictor, &**now), &h, x, &self.noise, None);
-            let start = fitted.x.as_slice();
             let answered = |m: &Moved| residual(data, &*m.predictor, common.null, start).is_ok();
             if let Some(moved) = moved.ok().filter(answered) {
                 (*now, slopes) = moved.take(data);

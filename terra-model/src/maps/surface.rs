@@ -206,10 +206,7 @@ impl SurfaceNodes {
 
     /// Products of the polynomials at a place times a factor, in the order of nodes, into as many numbers as there are nodes.
     pub fn products(&self, at: &SurfacePlace, factor: Lanes, out: &mut [Lanes]) {
-        let mut of_load = [Lanes::zero(); MOST];
-        for (value, of) in of_load.iter_mut().zip(polynomials(at.load, self.loads)) {
-            *value = of;
-        }
+        let of_load = values(at.load, self.loads);
         let layers = out.chunks_exact_mut(self.layer());
         for (layer, of_beside) in layers.zip(polynomials(at.beside, self.layers())) {
             let factor = of_beside * factor;
