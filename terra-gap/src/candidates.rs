@@ -8,6 +8,7 @@ use terra_model::{AnyEffect, Law, Registry, Scope, Touch};
 use crate::dataset::{DataSet, Ranges};
 use crate::error::GapError;
 use crate::settings::{LogKind, Settings};
+use crate::wheel_size::WheelSize;
 
 /// True where the formula of an effect is a definition (a sensor, a measure, the drivetrain) and none of the ground's, of
 /// which every formula is somebody's choice.
@@ -25,6 +26,8 @@ pub(crate) struct Candidates {
     pub effects: Vec<Arc<dyn AnyEffect>>,
     /// Name and reason.
     pub not_asked: Vec<(String, String)>,
+    /// The wheel they are asked of.
+    size: WheelSize,
 }
 
 impl Candidates {
@@ -35,7 +38,8 @@ impl Candidates {
             let mut same = self.effects.iter().filter(of).peekable();
             same.peek().is_some() && same.all(|e| e.form() != form.form())
         };
-        forms_in(law, asked)
+        let forms = forms_in(law, asked).into_iter();
+        forms.map(|form| self.size.suits(form)).collect()
     }
 
     /// Whether this is the form in which an effect is asked first.
@@ -65,7 +69,10 @@ pub(crate) fn gate(
             registry.effect(name)?;
         }
     }
-    let mut out = Candidates::default();
+    let mut out = Candidates {
+        size: WheelSize::of(data, rover, kind),
+        ..Candidates::default()
+    };
     for effect in registry.effects() {
         let name = effect.name();
         if settings
@@ -89,7 +96,7 @@ pub(crate) fn gate(
         let mut reasons = vec![];
         for effect in asked {
             match reason_against(&effect, law, data, rover, kind, before) {
-                None => out.effects.push(effect),
+                None => out.effects.push(out.size.suits(effect)),
                 Some(reason) => reasons.push((name.to_owned(), reason)),
             }
         }

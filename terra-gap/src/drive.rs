@@ -52,8 +52,10 @@ use stance::{Factor, Stance};
 
 /// g \[m/s²\].
 pub(crate) const GRAVITY: f64 = 9.81;
-/// Speeds below which a window says nothing about slip \[m/s\].
+/// Speed below which a window says nothing about slip \[m/s\], where the ground speed's noise is the usual .03 m/s.
 pub(crate) const SPEED_GATE: f64 = 0.12;
+/// The same by that noise: a slow rover's ground speed is measured better.
+pub(crate) const NOISES: f64 = 4.0;
 
 /// Values of a window, in order: torques, specific force, v', r'.
 const TORQUE: usize = 0;

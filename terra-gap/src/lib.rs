@@ -66,6 +66,7 @@ mod verdict;
 mod watch;
 mod ways;
 mod weigh;
+mod wheel_size;
 
 pub use calibration::{Calibration, Case, Evidence};
 pub use candidates::is_instrument;

@@ -184,6 +184,9 @@ pub trait Effect: Default + Send + Sync + 'static {
     /// Whether a small magnitude does next to nothing: no slope at zero, as where only the square of it acts. A screen then asks
     /// what a whole prior sd does.
     const FLAT: bool = false;
+    /// Where the prior sd of a magnitude with a unit follows the wheel: its share of that unit's [natural size](crate::natural_size)
+    /// on a large wheel; 0 where it is the same on all. The library's are what the sd is on the wheel that it was chosen for, of 245 N and .254 m.
+    const SHARE: f64 = 0.0;
     /// Kinds of log it can show on.
     const SCOPE: Scope = Scope::Any;
     /// Where in a log it shows.
@@ -330,6 +333,10 @@ pub trait AnyEffect:
     fn is_flat(&self) -> bool {
         false
     }
+    /// See [`Effect::SHARE`].
+    fn share(&self) -> f64 {
+        0.0
+    }
     /// Kinds of log.
     fn scope(&self) -> Scope;
     /// Where in a log it shows.
@@ -380,6 +387,9 @@ impl<E: Effect> AnyEffect for E {
     }
     fn is_flat(&self) -> bool {
         E::FLAT
+    }
+    fn share(&self) -> f64 {
+        E::SHARE
     }
     fn scope(&self) -> Scope {
         E::SCOPE

@@ -58,3 +58,17 @@ impl Param {
         self.min >= 0.0
     }
 }
+
+/// How large a magnitude of this unit is on a wheel of this load \[N\] and radius \[m\]: what it carries (N), that times the radius
+/// (N m), the same at a rim that runs 1 m/s (N m s, N m s^(2/3)), the load over (1 m/s)² (N s²/m²), the radius (m). None for other
+/// units, whose priors are the same for all wheels.
+pub fn natural_size(unit: &str, load: f64, radius: f64) -> Option<f64> {
+    Some(match unit {
+        "N" | "N s²/m²" => load,
+        "N m" => load * radius,
+        "N m s" => load * radius * radius,
+        "N m s^(2/3)" => load * radius.powf(5.0 / 3.0),
+        "m" => radius,
+        _ => return None,
+    })
+}

@@ -9,6 +9,7 @@ mod properties;
 mod rig;
 mod rig_speeds;
 mod several;
+mod size;
 mod slip_noise;
 mod turning;
 mod upright;

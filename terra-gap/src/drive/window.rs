@@ -4,13 +4,13 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 
 use terra_data::{DriveLog, Rover, Series, WHEELS};
-use terra_model::{Vehicle, library_slip};
+use terra_model::{STANDSTILL_SPEED, Vehicle, library_slip};
 
 use super::cells::{Line, cells, declared, line};
 use super::way::{Along, Way};
 use super::{
-    ACCEL, AROUND, GRAVITY, RAW, SPEED, SPEED_GATE, SPEED_RATE, TORQUE, VALUES, WHEEL, WHEEL_RATE,
-    Window, YAW_ACCELERATION, YAW_RATE,
+    ACCEL, AROUND, GRAVITY, NOISES, RAW, SPEED, SPEED_GATE, SPEED_RATE, TORQUE, VALUES, WHEEL,
+    WHEEL_RATE, Window, YAW_ACCELERATION, YAW_RATE,
 };
 use crate::dataset::{ChannelInfo, Factors, Observation};
 use crate::error::GapError;
@@ -108,6 +108,11 @@ pub(crate) struct Sensors {
 }
 
 impl Sensors {
+    /// Speed from which a window says something about slip \[m/s\].
+    fn least_speed(self) -> f64 {
+        (NOISES * self.speed).clamp(STANDSTILL_SPEED, SPEED_GATE)
+    }
+
     /// Those of two logs of one vehicle: where a log lacks a sensor, the other's.
     pub(crate) fn or(self, other: Sensors) -> Sensors {
         Sensors {
@@ -279,14 +284,12 @@ impl Reader {
 
     /// The next window by itself, kept by the caller; none where it is left out, which is counted.
     pub(crate) fn one(&mut self, log: &DriveLog, rows: Range<usize>) -> Option<Taken> {
-        let taken = self.take(log, rows);
-        if let Err(reason) = taken {
-            *self.dropped.entry(reason.to_owned()).or_default() += 1;
-        }
-        taken.ok()
+        self.take(log, rows)
+            .inspect_err(|reason| *self.dropped.entry(reason.clone()).or_default() += 1)
+            .ok()
     }
 
-    fn take(&mut self, log: &DriveLog, rows: Range<usize>) -> Result<Taken, &'static str> {
+    fn take(&mut self, log: &DriveLog, rows: Range<usize>) -> Result<Taken, String> {
         let (vehicle, sd_of, gap) = (self.vehicle, self.sd, self.rover.gap);
         let over = |series: &Series, sd: f64| -> Option<Line> {
             line(&log.time, series, rows.clone(), sd)
@@ -306,7 +309,7 @@ impl Reader {
         let along = self.way.drive(driven);
         // What was before a manoeuvre reaches into its beginning: sensors lag, controllers catch up.
         if std::mem::take(&mut self.first) {
-            return Err("the beginning of a manoeuvre");
+            return Err("the beginning of a manoeuvre".to_owned());
         }
         let v = v.ok_or("window with fewer than two samples of ground speed: a slow sensor wants a larger [gap] window_s")?;
         let wheels: Vec<Line> = log
@@ -315,23 +318,26 @@ impl Reader {
             .filter_map(|w| over(w, sd_of.wheel))
             .collect();
         if wheels.len() < 4 {
-            return Err("window without all wheel speeds");
+            return Err("window without all wheel speeds".to_owned());
         }
         let yaw = log.yaw_rate.as_ref().and_then(|r| over(r, sd_of.yaw));
         if yaw.is_none() && sides_differ(&wheels, v.mean.abs() / vehicle.wheel_radius) {
-            return Err("turning without yaw_rate_rad_s, which the travel of each side needs");
+            return Err(
+                "turning without yaw_rate_rad_s, which the travel of each side needs".to_owned(),
+            );
         }
         // In a turn an inner wheel may stand while the vehicle moves.
         let turning = yaw.as_ref().map_or(0.0, |r| r.mean * 0.5 * vehicle.track);
         let travels = [v.mean - turning, v.mean + turning];
-        let slow = |w: &Line| (w.mean * vehicle.wheel_radius).abs() < SPEED_GATE;
-        let stands = travels.iter().any(|v| v.abs() < SPEED_GATE);
-        if stands || v.mean.abs() < SPEED_GATE || wheels.iter().any(slow) {
-            return Err("standstill: below 0.12 m/s");
+        let least = sd_of.least_speed();
+        let slow = |w: &Line| (w.mean * vehicle.wheel_radius).abs() < least;
+        let stands = travels.iter().any(|v| v.abs() < least);
+        if stands || v.mean.abs() < least || wheels.iter().any(slow) {
+            return Err(format!("standstill: below {least:.2} m/s"));
         }
         let against = |(q, w): (usize, &Line)| w.mean * travels[q % 2] < 0.0;
         if wheels.iter().enumerate().any(against) {
-            return Err("a wheel turns against the motion");
+            return Err("a wheel turns against the motion".to_owned());
         }
         let mut raw = [0.0; RAW];
         let mut sd = [0.0; RAW];
@@ -383,7 +389,7 @@ impl Reader {
         let slip = slips.sum::<f64>() / 4.0;
         let (low, high) = gap.slip_range;
         if !(low..=high).contains(&slip) {
-            return Err("slip outside [gap] slip_range");
+            return Err("slip outside [gap] slip_range".to_owned());
         }
         let pass = declared(&log.pass, "window without pass")?.unwrap_or(1.0);
         let payload = declared(&log.payload, "window without payload_kg")?.unwrap_or(0.0);

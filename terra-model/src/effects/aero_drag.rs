@@ -24,6 +24,7 @@ impl Effect for AeroDrag {
         8.0,
         "drag coefficient",
     )];
+    const SHARE: f64 = 0.032;
     const EQUATION: &'static str = "forward force - e v |v|";
     const REFERENCE: &'static str = "J. Y. Wong, Theory of Ground Vehicles (aerodynamic resistance grows with the square of speed); chosen prior";
     const TOUCHES: &'static [Touch] = &[Touch::Loads];

@@ -18,6 +18,8 @@ impl Effect for DrawbarBias {
     const NAME: &'static str = "drawbar-bias";
     const SUMMARY: &'static str = "the load cell of the drawbar has an offset";
     const PARAMS: &'static [Param] = &[Param::magnitude("N", EITHER_SIGN, 2.0, "offset")];
+    // A load cell is chosen for the load: a fiftieth of it is 2 N at 100 N.
+    const SHARE: f64 = 0.02;
     const EQUATION: &'static str = "D_reported = D + e";
     const REFERENCE: &'static str = "definition (instrumental bias, JCGM 200:2012); chosen prior";
     const TOUCHES: &'static [Touch] = &[Touch::Sensor];

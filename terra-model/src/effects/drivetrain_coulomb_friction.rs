@@ -25,6 +25,7 @@ impl Effect for DrivetrainCoulombFriction {
         2.0,
         "friction torque at the wheel",
     )];
+    const SHARE: f64 = 0.032;
     const EQUATION: &'static str = "the motor delivers e tanh(ω / .1 rad/s) more";
     const REFERENCE: &'static str = "B. Armstrong-Hélouvry, P. Dupont, C. Canudas de Wit, Automatica 30(7):1083-1138, 1994 (Coulomb friction); chosen smoothing and prior";
     const TOUCHES: &'static [Touch] = &[Touch::Loads];

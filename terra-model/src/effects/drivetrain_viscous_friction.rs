@@ -24,6 +24,7 @@ impl Effect for DrivetrainViscousFriction {
         0.8,
         "friction coefficient at the wheel",
     )];
+    const SHARE: f64 = 0.05;
     const EQUATION: &'static str = "the motor delivers e ω more";
     const REFERENCE: &'static str = "B. Armstrong-Hélouvry, P. Dupont, C. Canudas de Wit, Automatica 30(7):1083-1138, 1994 (viscous friction); chosen prior";
     const TOUCHES: &'static [Touch] = &[Touch::Loads];

@@ -25,6 +25,7 @@ impl Effect for Grousers {
         0.015,
         "effective lug height",
     )];
+    const SHARE: f64 = 0.059;
     const EQUATION: &'static str =
         "R -> R + e in the shear displacement and in the arm of the shear torque";
     const REFERENCE: &'static str =

@@ -18,6 +18,7 @@ impl Effect for SinkageBias {
     const NAME: &'static str = "sinkage-bias";
     const SUMMARY: &'static str = "the sinkage sensor has an offset";
     const PARAMS: &'static [Param] = &[Param::magnitude("m", EITHER_SIGN, 0.002, "offset")];
+    const SHARE: f64 = 0.0078;
     const EQUATION: &'static str = "z_reported = z + e";
     const REFERENCE: &'static str = "definition (instrumental bias, JCGM 200:2012); chosen prior";
     const TOUCHES: &'static [Touch] = &[Touch::Sensor];

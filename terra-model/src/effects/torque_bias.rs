@@ -18,6 +18,7 @@ impl Effect for TorqueBias {
     const NAME: &'static str = "torque-bias";
     const SUMMARY: &'static str = "the logged torque has an offset";
     const PARAMS: &'static [Param] = &[Param::magnitude("N m", EITHER_SIGN, 1.5, "offset")];
+    const SHARE: f64 = 0.024;
     const EQUATION: &'static str = "T_reported = T_true + e";
     const REFERENCE: &'static str = "definition (instrumental bias, JCGM 200:2012); chosen prior";
     const TOUCHES: &'static [Touch] = &[Touch::Sensor];

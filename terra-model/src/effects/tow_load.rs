@@ -20,6 +20,7 @@ impl Effect for TowLoad {
     const NAME: &'static str = "tow-load";
     const SUMMARY: &'static str = "something is towed";
     const PARAMS: &'static [Param] = &[Param::magnitude("N", [0.0, 10000.0], 40.0, "towing force")];
+    const SHARE: f64 = 0.16;
     const EQUATION: &'static str = "forward force - e sign(v)";
     const REFERENCE: &'static str = "J. Y. Wong, Theory of Ground Vehicles (drawbar load in the longitudinal balance); a constant load and its prior are chosen";
     const TOUCHES: &'static [Touch] = &[Touch::Loads];

@@ -28,6 +28,7 @@ impl Effect for Stribeck {
         2.0,
         "friction torque at the turning wheel",
     )];
+    const SHARE: f64 = 0.032;
     const EQUATION: &'static str =
         "the motor delivers e tanh(ω/.1 rad/s) (1 + e^(-(ω/.5 rad/s)²)/2) more";
     const REFERENCE: &'static str = "Stribeck's curve, as B. Armstrong-Hélouvry et al., Automatica 30(7):1083-1138, 1994 (recalled); chosen ratio and speed";
@@ -68,6 +69,7 @@ impl Effect for Lubricant {
         1.0,
         "friction torque at 1 rad/s",
     )];
+    const SHARE: f64 = 0.04;
     const EQUATION: &'static str =
         "the motor delivers e ω/(ω² + (.1 rad/s)²)^(1/6) more: e ω^(2/3) but for a smooth start";
     const REFERENCE: &'static str =

@@ -24,6 +24,7 @@ impl Effect for SideWalls {
     const FORM: &'static str = "side-walls";
     const SUMMARY: &'static str = "the block of soil between lugs shears at its sides too";
     const PARAMS: &'static [Param] = &[Param::magnitude("m", [0.0, 0.2], 0.015, "lug height")];
+    const SHARE: f64 = 0.059;
     const EQUATION: &'static str = "c (1 + 2 h/b), tan φ (1 + .64 (h/b) acot(h/b)), h = e";
     const REFERENCE: &'static str = "M. G. Bekker, Off-the-Road Locomotion, 1960, as in Wong, Theory of Ground Vehicles: thrust of grousers on a track";
     const NEEDS: &'static [Hook] = &[Hook::Cohesion, Hook::Friction];
@@ -56,6 +57,7 @@ impl Effect for PassiveLug {
     const SUMMARY: &'static str =
         "the lug at the bottom pushes the soil behind it until that gives way";
     const PARAMS: &'static [Param] = &[Param::magnitude("m", [0.0, 0.2], 0.01, "lug height")];
+    const SHARE: f64 = 0.039;
     const EQUATION: &'static str = "F = b (γ e²/2 N_p + p e N_p + 2 c e sqrt(N_p)) tanh(10 s), N_p = tan²(45° + φ/2), p = W/(b sqrt(2 R z + e²)), γ = 15 kN/m³: D -> D + F, T -> T + F (R + e/2)";
     const REFERENCE: &'static str = "Rankine passive pressure on a lug, as M. G. Bekker, 1969 (recalled); one lug at work, its surcharge and its mobilisation with slip are chosen";
     const NEEDS_SOIL: &'static [&'static str] = &["cohesion", "friction_angle"];

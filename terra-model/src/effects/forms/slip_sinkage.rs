@@ -29,6 +29,7 @@ impl Effect for Excavation {
         0.01,
         "depth dug at half slip",
     )];
+    const SHARE: f64 = 0.039;
     const EQUATION: &'static str = "z -> z + z_j, z_j = e |s|/(1 - |s|) with |s| held at .9, D -> D - b k ((z + z_j)^(n+1) - z^(n+1))/(n+1)";
     const REFERENCE: &'static str = "A. R. Reece, Proc. Inst. Mech. Eng. 180(2):45-66, 1965: slip sinkage of lugs h i/(1 - i); the resistance is Bekker's, 1969";
     const NEEDS_SOIL: &'static [&'static str] = &["stiffness", "sinkage_exponent"];
