@@ -85,7 +85,8 @@ impl Nominal<'_, '_> {
         noise: NoiseModel,
     ) -> Result<Centred, GapError> {
         let (measured, x) = (data.clone(), fitted.x.as_slice().to_vec());
-        let (found, settled) = self.rounds(data, noise, &x, Some(fitted), false)?;
+        let as_read = || self.predictor.with_raw(&[]);
+        let (found, settled) = self.rounds(data, as_read(), noise, &x, Some(fitted), false)?;
         let found = found.ok_or(GapError::Soil("a re-fit without an end".to_owned()))?;
         let far = self.is_far(&measured, &found.fitted);
         let astray = found.fitted.x.iter().any(|x| x.abs() > ASTRAY);
@@ -100,7 +101,8 @@ impl Nominal<'_, '_> {
         let noise = NoiseModel::propagate(&again, self.predictor, self.null, &centre)?;
         let noise = self.with_roughness(&mut again, self.predictor, noise, &centre)?;
         // A way that ends where the law has no answer is no better one.
-        let Ok((Some(other), _)) = self.rounds(&mut again, noise, &centre, None, known) else {
+        let found_there = self.rounds(&mut again, as_read(), noise, &centre, None, known);
+        let Ok((Some(other), _)) = found_there else {
             return Ok(found);
         };
         // Far from the data inputs stay as they were read: it is the law that is wrong.
@@ -122,21 +124,37 @@ impl Nominal<'_, '_> {
     ) -> Option<(DataSet, Centred)> {
         let mut data = data.clone();
         data.observations.iter_mut().for_each(|o| o.shift.clear());
-        let found = self.rounds(&mut data, noise.clone(), x, None, true);
+        let as_read = self.predictor.with_raw(&[]);
+        let found = self.rounds(&mut data, as_read, noise.clone(), x, None, true);
         let (found, _) = found.ok()?;
         let found = found.filter(|f| !self.is_far(&data, &f.fitted))?;
         Some((data, found))
+    }
+
+    /// The same along one that is near the data, from where the inputs are `now`. What it cost under another law's noise is no measure
+    /// of what it costs under its own.
+    pub(crate) fn on(
+        &self,
+        data: &DataSet,
+        now: AnyPredictor,
+        noise: &NoiseModel,
+        x: &[f64],
+    ) -> Option<(DataSet, Centred)> {
+        let mut data = data.clone();
+        let found = self.rounds(&mut data, now, noise.clone(), x, None, false);
+        Some((data, found.ok()?.0?))
     }
 
     fn is_far(&self, data: &DataSet, fit: &Fit) -> bool {
         fit.chi2() > FAR * data.len() as f64
     }
 
-    /// Rounds from an end, or from where no fit was led to; whether they came to stand still.
+    /// Rounds from an end, or from where no fit was led to, with the inputs where they are `now`; whether they came to stand still.
     fn rounds(
         &self,
         data: &mut DataSet,
-        noise: NoiseModel,
+        mut now: AnyPredictor,
+        mut noise: NoiseModel,
         at: &[f64],
         end: Option<Fit>,
         known: bool,
@@ -144,7 +162,7 @@ impl Nominal<'_, '_> {
         let Nominal {
             predictor, null, ..
         } = *self;
-        let (mut now, mut noise, mut fitted) = (predictor.with_raw(&[]), noise, end);
+        let mut fitted = end;
         if known && let Some(scanned) = scanned(data, predictor, null, at, &noise)? {
             now = scanned;
         }

@@ -30,7 +30,7 @@ pub(crate) enum Doubt {
 /// Nats by which the other vehicle must explain more.
 const FAR_BETTER: f64 = 5.0;
 /// And a second cause, which may stand for the load: what the calibration of rich drives asks of one, here before any calibration is known.
-const SECOND: f64 = 6.5;
+const SECOND: f64 = 7.0;
 /// Nats by which a fit may end better than its tangent promises.
 const BENT: f64 = 50.0;
 /// How many of the best single effects are asked, and of the best pairs.

@@ -16,7 +16,6 @@ use crate::error::GapError;
 use crate::fit::{Fit, backed, note_of_edge, residual};
 use crate::forms::{EFFECT, MANOEUVRES};
 use crate::hypothesis::Hypothesis;
-use crate::latent::{Moved, recentre};
 use crate::noise::{NoiseModel, Whitener};
 use crate::null::{FAR, WORSE};
 use crate::pairs::confirm_pairs;
@@ -45,7 +44,7 @@ const EXPLAINED: f64 = 1.05;
 /// What the noise is called where it is not taken at the end of the explanation's fit.
 const OWN_NOISE: &str = "noise by the best explanation";
 /// How often.
-const RENEWALS: usize = 2;
+const RENEWALS: usize = 4;
 
 /// What was weighed under one noise.
 pub(crate) struct Round {
@@ -152,7 +151,6 @@ impl Round {
         let (before, inputs) = (data.clone(), now.clone());
         let (h, x) = (best.hypothesis.clone(), best.plain.x.clone());
         let x = x.as_slice();
-        let mut slopes = None;
         let inherited = common.setup.inherited.as_ref();
         let along = Nominal {
             predictor: common.predictor,
@@ -160,7 +158,14 @@ impl Round {
             null: &h,
         };
         let start = fitted.x.as_slice();
-        let along = inherited.and_then(|_| along.along(data, &self.noise, x));
+        let near = best.plain.chi2() <= FAR * data.len() as f64;
+        let along = match inherited {
+            Some(_) => along.along(data, &self.noise, x),
+            None if near => along.on(data, now.clone(), &self.noise, x),
+            None => None,
+        };
+        // Soil that only just carries the wheel has no slopes there, and the nominal fit may have no answer where the inputs are by
+        // another: then they stay where they are.
         let along = along.filter(|(there, found)| {
             residual(there, &*found.predictor, common.null, start).is_ok()
         });
@@ -168,22 +173,10 @@ impl Round {
             (*data, *now) = (there, found.predictor);
             (found.noise, 1.0)
         });
-        if own.is_none() && best.plain.chi2() <= FAR * data.len() as f64 {
-            // Soil that only just carries the wheel has no slopes there, and the nominal fit may have no answer where the
-            // inputs are by another: then they stay where they are.
-            let moved = recentre(data, (common.predictor, &**now), &h, x, &self.noise, None);
-            let answered = |m: &Moved| residual(data, &*m.predictor, common.null, start).is_ok();
-            if let Some(moved) = moved.ok().filter(answered) {
-                (*now, slopes) = moved.take(data);
-            }
-        }
         data.notes.retain(|n| !n.starts_with(OWN_NOISE));
         let mut taken = || {
             backed(&[x.to_vec()], |ends| {
-                let noise = match slopes.take() {
-                    Some(slopes) => NoiseModel::through(data, &slopes),
-                    None => NoiseModel::propagate(data, &**now, &h, &ends[0])?,
-                };
+                let noise = NoiseModel::propagate(data, &**now, &h, &ends[0])?;
                 let mut noise = noise.with(data, &**now, inherited)?;
                 let r = residual(data, &**now, &h, &ends[0])?;
                 roughness::add(&mut noise, data, common.setup.rover, &r);
@@ -207,7 +200,10 @@ impl Round {
             best + 0.5 * round.plain.log_det
         };
         let price = next.noise.price_over(&self.noise, data)?;
-        if says(&next) - price < says(self) - WORSE {
+        // Where it is near the data under its own noise it is no wrong one, however much larger the noise was before.
+        let worse = says(&next) - price < says(self) - WORSE;
+        let near = |w: &Weighed| w.chi2_per_value() < NEAR;
+        if worse && !next.best().is_some_and(near) {
             (*data, *now) = (before, inputs);
             return Ok(None);
         }

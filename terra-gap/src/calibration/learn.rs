@@ -66,7 +66,7 @@ const HIGHEST_TEMPERATURE: f64 = 30.0;
 /// Floors that are tried.
 const FLOORS: [f64; 9] = [0.0, 0.005, 0.01, 0.02, 0.03, 0.05, 0.08, 0.12, 0.2];
 /// Doubts that are tried.
-const DOUBTS: [f64; 10] = [0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9];
+const DOUBTS: [f64; 12] = [0.0, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9];
 /// Shares for what stands unseen beside one cause that are tried.
 const UNSEEN: [f64; 9] = [0.0, 0.01, 0.02, 0.03, 0.05, 0.08, 0.12, 0.2, 0.3];
 /// Gains \[nats\] of none that are tried: up to the last, in steps of a tenth. A log without a cause must not be talked into one.
