@@ -273,7 +273,7 @@ fn read_gap(s: &Section<'_>) -> Result<GapSettings, DataError> {
     s.only(&["window_s", "slip_range", "prior"])?;
     let mut gap = GapSettings::default();
     if let Some(v) = s.optional_number("window_s", Legal::Positive)? {
-        gap.window = v;
+        (gap.window, gap.window_given) = (v, true);
     }
     if let Some(entry) = s.get("slip_range") {
         let DeValue::Array(values) = entry.value else {

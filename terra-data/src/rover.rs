@@ -134,6 +134,8 @@ impl Default for FilterSettings {
 pub struct GapSettings {
     /// Averaging window \[s\].
     pub window: f64,
+    /// Whether the file states it: where it does not, a window may be wider for a slow sensor.
+    pub window_given: bool,
     /// Library slips that are used.
     pub slip_range: (f64, f64),
     /// Prior probability that nothing is missing.
@@ -146,6 +148,7 @@ impl Default for GapSettings {
     fn default() -> Self {
         GapSettings {
             window: 0.2,
+            window_given: false,
             slip_range: (-1.0, 1.0),
             prior_none: 0.25,
             prior_unknown: 0.10,

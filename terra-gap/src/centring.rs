@@ -89,29 +89,44 @@ impl Nominal<'_, '_> {
         let (found, settled) = self.rounds(data, as_read(), noise, &x, Some(fitted), false)?;
         let found = found.ok_or(GapError::Soil("a re-fit without an end".to_owned()))?;
         let far = self.is_far(&measured, &found.fitted);
-        let astray = found.fitted.x.iter().any(|x| x.abs() > ASTRAY);
         // A simulator's log was followed from inputs where they were: the prior centre is meant for those.
         let known = self.setup.inherited.is_some();
-        let unsettled = !settled && !far;
-        let asked = astray || unsettled || known;
+        let asked = self.is_astray(&found.fitted) || (!settled && !far) || known;
         if self.setup.kind != LogKind::Drive || !asked {
             return Ok(found);
         }
-        let (mut again, centre) = (measured, vec![0.0; self.null.len()]);
-        let noise = NoiseModel::propagate(&again, self.predictor, self.null, &centre)?;
-        let noise = self.with_roughness(&mut again, self.predictor, noise, &centre)?;
-        // A way that ends where the law has no answer is no better one.
-        let found_there = self.rounds(&mut again, as_read(), noise, &centre, None, known);
-        let Ok((Some(other), _)) = found_there else {
-            return Ok(found);
-        };
-        // Far from the data inputs stay as they were read: it is the law that is wrong.
-        let near = !self.is_far(&again, &other.fitted);
-        if near && other.loses_to(&found.fitted, &found.noise, data)? < 0.0 {
-            *data = again;
-            return Ok(other);
+        let centre = vec![0.0; self.null.len()];
+        match self.anew(measured, &centre, known)? {
+            Some((again, other)) if other.betters(&found, data)? => {
+                *data = again;
+                Ok(other)
+            }
+            _ => Ok(found),
         }
-        Ok(found)
+    }
+
+    /// From inputs as they were read and a place that no fit was led to; none where the law has no answer on the way, or stays far
+    /// from the data: there inputs stay as they were read, as it is the law that is wrong.
+    fn anew(
+        &self,
+        mut data: DataSet,
+        at: &[f64],
+        known: bool,
+    ) -> Result<Option<(DataSet, Centred)>, GapError> {
+        data.observations.iter_mut().for_each(|o| o.shift.clear());
+        let noise = NoiseModel::propagate(&data, self.predictor, self.null, at)?;
+        let noise = self.with_roughness(&mut data, self.predictor, noise, at)?;
+        let as_read = self.predictor.with_raw(&[]);
+        let found = self.rounds(&mut data, as_read, noise, at, None, known);
+        let near = |found: &Centred| !self.is_far(&data, &found.fitted);
+        let found = found.ok().and_then(|(found, _)| found).filter(near);
+        Ok(found.map(|found| (data, found)))
+    }
+
+    /// Whether a fit may have been led astray by slips that were taken as they were read.
+    fn is_astray(&self, fit: &Fit) -> bool {
+        let soil = fit.x.iter().take(self.null.soil_len());
+        soil.into_iter().any(|x| x.abs() > ASTRAY)
     }
 
     /// The same along an explanation of a drive, whose law was known to follow the inputs where they were; none that stays far from
@@ -131,8 +146,8 @@ impl Nominal<'_, '_> {
         Some((data, found))
     }
 
-    /// The same along one that is near the data, from where the inputs are `now`. What it cost under another law's noise is no measure
-    /// of what it costs under its own.
+    /// The same along one that is near the data, from where the inputs are `now`, or from the prior centre of its soil where that may
+    /// be astray. What it cost under another law's noise is no measure of what it costs under its own.
     pub(crate) fn on(
         &self,
         data: &DataSet,
@@ -140,9 +155,18 @@ impl Nominal<'_, '_> {
         noise: &NoiseModel,
         x: &[f64],
     ) -> Option<(DataSet, Centred)> {
-        let mut data = data.clone();
-        let found = self.rounds(&mut data, now, noise.clone(), x, None, false);
-        Some((data, found.ok()?.0?))
+        let mut there = data.clone();
+        let found = self.rounds(&mut there, now, noise.clone(), x, None, false);
+        let (found, settled) = found.ok()?;
+        let found = found?;
+        if settled && !self.is_astray(&found.fitted) {
+            return Some((there, found));
+        }
+        let mut centre = found.fitted.x.as_slice().to_vec();
+        centre[..self.null.soil_len()].fill(0.0);
+        let other = self.anew(data.clone(), &centre, false).ok().flatten();
+        let other = other.filter(|(_, o)| o.betters(&found, &there).unwrap_or(false));
+        other.or(Some((there, found)))
     }
 
     fn is_far(&self, data: &DataSet, fit: &Fit) -> bool {
@@ -218,6 +242,11 @@ impl Nominal<'_, '_> {
 }
 
 impl Centred {
+    /// Whether it explains more than another.
+    fn betters(&self, other: &Centred, data: &DataSet) -> Result<bool, GapError> {
+        Ok(self.loses_to(&other.fitted, &other.noise, data)? < 0.0)
+    }
+
     /// How much worse \[nats\] it is than a fit under another noise.
     ///
     /// # Errors

@@ -230,6 +230,16 @@ fn drive_windows(
             return Err(GapError::Log(neither.to_owned()));
         }
     }
+    // As long as the longest windows of the logs, for what the ground's roughness comes to in them.
+    let mut rover = rover.clone();
+    let all = logs
+        .iter()
+        .map(|(_, log)| log)
+        .chain(sim.map(|(sim, _)| sim));
+    rover.gap.window = all
+        .map(DriveWindows::window)
+        .fold(rover.gap.window, f64::max);
+    let rover = &rover;
     let read = |logs: &Logs<'_, DriveWindows>| drive::from_logs(logs, rover, settings.windows);
     let sim = match sim {
         None => None,
@@ -240,6 +250,7 @@ fn drive_windows(
         with_baseline(read(logs)?, sim, kind, labels, rover, registry, settings)?;
     for (name, log) in logs.iter() {
         diagnosis.heed.extend(log.held(name));
+        diagnosis.heed.extend(log.widened(name));
     }
     diagnosis.logs = logs.joined();
     Ok(diagnosis)

@@ -83,7 +83,7 @@ pub use maps::{
 };
 pub use model::{AnyModel, ForceSlopes, ModelAt, Soil, TerrainModel};
 pub use names::nearest;
-pub use param::{Param, Scale, natural_size};
+pub use param::{Param, Scale, natural_size, natural_symbol};
 pub use real::{Real, Root};
 pub use registry::Registry;
 pub use scalar::Scalar;

@@ -63,12 +63,23 @@ impl Param {
 /// (N m), the same at a rim that runs 1 m/s (N m s, N m s^(2/3)), the load over (1 m/s)² (N s²/m²), the radius (m). None for other
 /// units, whose priors are the same for all wheels.
 pub fn natural_size(unit: &str, load: f64, radius: f64) -> Option<f64> {
+    let (by_load, power, _) = natural(unit)?;
+    Some(if by_load { load } else { 1.0 } * radius.powf(power))
+}
+
+/// That size in the field's symbols.
+pub fn natural_symbol(unit: &str) -> Option<&'static str> {
+    natural(unit).map(|(.., symbol)| symbol)
+}
+
+/// Whether it grows with the load, with which power of the radius, and its symbol.
+fn natural(unit: &str) -> Option<(bool, f64, &'static str)> {
     Some(match unit {
-        "N" | "N s²/m²" => load,
-        "N m" => load * radius,
-        "N m s" => load * radius * radius,
-        "N m s^(2/3)" => load * radius.powf(5.0 / 3.0),
-        "m" => radius,
+        "N" | "N s²/m²" => (true, 0.0, "W"),
+        "N m" => (true, 1.0, "W R"),
+        "N m s" => (true, 2.0, "W R²"),
+        "N m s^(2/3)" => (true, 5.0 / 3.0, "W R^(5/3)"),
+        "m" => (false, 1.0, "R"),
         _ => return None,
     })
 }

@@ -62,6 +62,51 @@ fn what_the_simulator_shares_is_not_missing() {
     assert_eq!(d.verdict, "none", "{:?} {:?}", d.set, d.reason);
 }
 
+/// Two loads at eight slips, once each: fewer values than soil and the form's error have numbers, which have priors.
+#[test]
+fn steady_trials_of_a_day_are_enough_of_a_baseline() {
+    let (rover, registry) = (rig(), Registry::builtin());
+    let trials = |effect: &str, seed: u64| {
+        let text = format!(
+            r#"
+            seed = {seed}
+            rover = "rig.toml"
+            terrain = "dry_sand"
+            model = "linear-stress"
+            [[trial]]
+            slip = [0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.6]
+            normal_load_N = [180.0, 260.0]
+            travel_speed_m_s = 0.05
+            {effect}
+            "#
+        );
+        let scenario = Scenario::parse(&text, "scenario.toml").unwrap();
+        simulate_rig(&scenario, &rover, &registry).unwrap().log
+    };
+    let settings = Settings::of(&rover);
+    let sim = trials("", 100);
+    for effect in [
+        None,
+        Some(("drawbar-bias", 13.0)),
+        Some(("load-error", 0.12)),
+    ] {
+        let text = effect.map_or(String::new(), |(name, magnitude)| {
+            format!("[[effect]]\nname = \"{name}\"\nmagnitude = {magnitude}\n")
+        });
+        let real = trials(&text, 1);
+        let (d, _) =
+            diagnose_rig_against(&sim, &real, &rover, &registry, &settings, false).unwrap();
+        let expected = effect.map_or("none", |(name, _)| name);
+        assert_eq!(
+            d.set.first().map(String::as_str),
+            Some(expected),
+            "{} {:?}",
+            d.verdict,
+            d.set
+        );
+    }
+}
+
 /// Instruments keep their exact form under any wheel law, so against the simulator they are found in spite of it.
 #[test]
 fn an_instrument_is_named_against_a_foreign_wheel_law() {

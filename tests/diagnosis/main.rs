@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout)]
 
 mod contrast;
+mod far;
 mod measured;
 mod own_noise;
 mod properties;

@@ -104,6 +104,7 @@ impl Effect for Twin {
         prior_sd: 2.0,
         doc: "offset",
     }];
+    const SHARE: f64 = 0.02;
     const REFERENCE: &'static str = "test";
     const TOUCHES: &'static [Touch] = &[Touch::Sensor];
     const SCOPE: Scope = Scope::Rig;

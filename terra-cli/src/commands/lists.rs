@@ -163,6 +163,7 @@ pub(crate) fn effects_json(registry: &Registry) -> Value {
                     terra_model::Scope::Rig => "rig",
                 },
                 "regime": e.regime(), "isolated_by": e.isolated_by(),
+                "prior_share": e.share(),
                 "parameters": e.params().iter().map(param).collect::<Vec<_>>(),
             }))
             .collect::<Vec<_>>()

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use terra_data::atomic_write;
 use terra_model::models::{Filling, Slots};
-use terra_model::{AnyEffect, AnyModel, Law, Param, Registry, Scale, Scope, Touch};
+use terra_model::{AnyEffect, AnyModel, Law, Param, Registry, Scale, Scope, Touch, natural_symbol};
 
 use super::lists::{forms, named_models};
 use crate::error::CliError;
@@ -264,13 +264,25 @@ fn effect_page(
             e.form(),
             capital(e.summary()),
             lines(e.equation()),
-            parameters(e.params()),
+            parameters(e.params()) + &follows_the_wheel(&**e),
             sentence(e.reference())
         );
     }
     Page {
         file: format!("effects/{name}.md"),
         text,
+    }
+}
+
+/// What a diagnosis takes for the prior sd on another wheel than it was chosen for; empty where that is the same on all.
+fn follows_the_wheel(e: &dyn AnyEffect) -> String {
+    let unit = e.params().first().map_or("", |p| p.unit);
+    match natural_symbol(unit).filter(|_| e.share() > 0.0) {
+        None => String::new(),
+        Some(symbol) => format!(
+            "\nOn a wheel of load W and radius R whose {} {symbol} is more than that prior sd it is the prior sd; where it is less,\ntheir geometric mean is.\n",
+            short(e.share())
+        ),
     }
 }
 

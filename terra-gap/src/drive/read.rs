@@ -8,6 +8,7 @@ use super::DrivePredictor;
 use super::choice::{ALIKE, Choice};
 use super::held::Held;
 use super::own_noise;
+use super::spacing::wider;
 use super::stream::Stream;
 use super::window::{BENT, Sensors, Taken, bends, channels, short_scatter, usual};
 use crate::dataset::DataSet;
@@ -26,6 +27,10 @@ pub struct DriveWindows {
     rows: usize,
     torques: bool,
     ground_speed: bool,
+    /// How long windows are usually, until the log's beginning shows whether it reads its ground speed often enough for that.
+    usual: Option<f64>,
+    /// Whether they are longer.
+    wider: bool,
 }
 
 impl DriveWindows {
@@ -43,6 +48,8 @@ impl DriveWindows {
             rows: 0,
             torques: false,
             ground_speed: false,
+            usual: (!rover.gap.window_given).then_some(rover.gap.window),
+            wider: false,
         })
     }
 
@@ -86,6 +93,21 @@ impl DriveWindows {
         ))
     }
 
+    /// What to heed where windows are longer than usual.
+    pub(crate) fn widened(&self, prefix: &str) -> Option<String> {
+        let window = self.window();
+        self.wider.then(|| {
+            format!(
+                "{prefix}windows of {window:.1} s, as ground_speed_m_s is read too rarely for shorter ones; [gap] window_s sets them"
+            )
+        })
+    }
+
+    /// How long windows are \[s\].
+    pub(crate) fn window(&self) -> f64 {
+        self.stream.window()
+    }
+
     /// How many windows are kept.
     pub fn kept(&self) -> usize {
         self.choice.len()
@@ -99,6 +121,13 @@ impl DriveWindows {
             return Ok(());
         }
         let piece = self.held.pass(piece, last);
+        if !piece.is_empty()
+            && let Some(usual) = self.usual.take()
+            && let Some(wider) = wider(&piece, usual)
+        {
+            self.stream.widen(wider);
+            self.wider = true;
+        }
         for slot in self.stream.push(&piece, last)? {
             if let Some(taken) = slot.taken {
                 self.choice.offer(taken);
@@ -182,6 +211,7 @@ fn joined(
         }
         sensors = sensors.or(log.stream.reader.sensors());
         notes.extend(log.held(prefix));
+        notes.extend(log.widened(prefix));
         for (reason, n) in &log.stream.reader.dropped {
             leave_out(reason, *n);
         }

@@ -56,6 +56,17 @@ impl Stream {
         })
     }
 
+    /// Makes windows so long \[s\].
+    pub(crate) fn widen(&mut self, window: f64) {
+        self.rover.gap.window = window;
+        self.reader.widen(window);
+    }
+
+    /// How long they are.
+    pub(crate) fn window(&self) -> f64 {
+        self.rover.gap.window
+    }
+
     /// The windows that a piece completes, each once two more have shown how the speed goes on; with `last` also the one that it
     /// leaves unfinished.
     ///

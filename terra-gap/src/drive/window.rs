@@ -245,6 +245,11 @@ impl Reader {
         })
     }
 
+    /// Makes windows so long \[s\].
+    pub(crate) fn widen(&mut self, window: f64) {
+        self.rover.gap.window = window;
+    }
+
     /// Looks up the noise of every channel that a log has.
     ///
     /// # Errors
