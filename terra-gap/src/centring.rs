@@ -12,6 +12,7 @@ use crate::noise::NoiseModel;
 use crate::null::{FAR, WORSE};
 use crate::predictor::{AnyPredictor, Predictor};
 use crate::roughness;
+use crate::round::EXPLAINED;
 use crate::settings::LogKind;
 use crate::setup::Setup;
 use crate::weigh::again;
@@ -165,7 +166,16 @@ impl Nominal<'_, '_> {
         let mut centre = found.fitted.x.as_slice().to_vec();
         centre[..self.null.soil_len()].fill(0.0);
         let other = self.anew(data.clone(), &centre, false).ok().flatten();
-        let other = other.filter(|(_, o)| o.betters(&found, &there).unwrap_or(false));
+        // Soil far from where it is likely follows the data by steeper slopes, under which the noise is larger: it is no better than one
+        // that explains the data from where it is likely.
+        let explains = |o: &Centred| {
+            !self.is_astray(&o.fitted) && o.fitted.chi2() < EXPLAINED * data.len() as f64
+        };
+        let betters = |o: &Centred| {
+            let likelier = self.is_astray(&found.fitted) && explains(o);
+            likelier || o.betters(&found, &there).unwrap_or(false)
+        };
+        let other = other.filter(|(_, o)| betters(o));
         other.or(Some((there, found)))
     }
 

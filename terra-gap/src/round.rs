@@ -40,7 +40,7 @@ const LEAVES: f64 = 0.5;
 /// Share of the best explanation's gain from which an effect's other formulas are asked, however far it is behind.
 const MOST: f64 = 0.9;
 /// Misfit per value up to which data are explained as well as noise lets tell.
-const EXPLAINED: f64 = 1.05;
+pub(crate) const EXPLAINED: f64 = 1.05;
 /// What the noise is called where it is not taken at the end of the explanation's fit.
 const OWN_NOISE: &str = "noise by the best explanation";
 /// How often.
