@@ -185,7 +185,8 @@ pub trait Effect: Default + Send + Sync + 'static {
     /// what a whole prior sd does.
     const FLAT: bool = false;
     /// Where the prior sd of a magnitude with a unit follows the wheel: its share of that unit's [natural size](crate::natural_size)
-    /// on a large wheel; 0 where it is the same on all. The library's are what the sd is on the wheel that it was chosen for, of 245 N and .254 m.
+    /// on a large wheel; 0 where it is the same on all. The library's are what the sd is on the wheel that it was chosen for, of
+    /// 245 N and .254 m.
     const SHARE: f64 = 0.0;
     /// Kinds of log it can show on.
     const SCOPE: Scope = Scope::Any;
