@@ -16,6 +16,7 @@ use crate::error::GapError;
 use crate::fit::{Fit, backed, note_of_edge, residual};
 use crate::forms::{EFFECT, MANOEUVRES};
 use crate::hypothesis::Hypothesis;
+use crate::latent::{Moved, recentre};
 use crate::noise::{NoiseModel, Whitener};
 use crate::null::{FAR, WORSE};
 use crate::pairs::confirm_pairs;
@@ -173,6 +174,14 @@ impl Round {
             (*data, *now) = (there, found.predictor);
             (found.noise, 1.0)
         });
+        if own.is_none() && near {
+            // No way led on: one step, where all have an answer.
+            let moved = recentre(data, (common.predictor, &**now), &h, x, &self.noise, None);
+            let answered = |m: &Moved| residual(data, &*m.predictor, common.null, start).is_ok();
+            if let Some(moved) = moved.ok().filter(answered) {
+                (*now, _) = moved.take(data);
+            }
+        }
         data.notes.retain(|n| !n.starts_with(OWN_NOISE));
         let mut taken = || {
             backed(&[x.to_vec()], |ends| {
