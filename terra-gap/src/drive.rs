@@ -36,6 +36,7 @@ pub(crate) use read::{all_windows, from_log, from_logs};
 pub(crate) use stream::{Slot, Stream};
 pub(crate) use window::{BENT, Reader, SERIES, Taken, bends, channels, short_scatter, usual};
 
+use std::borrow::Borrow;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -204,17 +205,18 @@ impl<T: Scalar> From<&Window> for Given<T> {
 }
 
 impl<T: Scalar> Given<T> {
-    fn primal(&self) -> Given<T::Primal> {
+    /// In another scalar.
+    fn map<S>(&self, of: impl Fn(T) -> S) -> Given<S> {
         Given {
-            pitch: self.pitch.primal(),
-            sin_roll: self.sin_roll.primal(),
-            cos_roll: self.cos_roll.primal(),
-            payload: self.payload.primal(),
-            earlier_passes: self.earlier_passes.primal(),
-            path: self.path.primal(),
-            time: self.time.primal(),
-            around: self.around.map(T::primal),
-            leaning: self.leaning.primal(),
+            pitch: of(self.pitch),
+            sin_roll: of(self.sin_roll),
+            cos_roll: of(self.cos_roll),
+            payload: of(self.payload),
+            earlier_passes: of(self.earlier_passes),
+            path: of(self.path),
+            time: of(self.time),
+            around: self.around.map(&of),
+            leaning: of(self.leaning),
             forwards: self.forwards,
         }
     }
@@ -330,20 +332,24 @@ impl DrivePredictor {
         tell(YAW_ACCELERATION, &turning);
     }
 
-    /// Their mean over stances. `on_wheel`: what the ground gives a wheel, by the number of the stance and its own.
-    fn mean_readings<T: Scalar, S: Factor<T>>(
+    /// Their mean over stances at so many times. `on_wheel`: what the ground gives a wheel, by the number of the time and its own.
+    fn mean_readings<T: Scalar, S: Factor<T>, B: Borrow<Stance<S>>>(
         law: &Law,
         p: &[T],
         given: &Given<S>,
-        stances: impl ExactSizeIterator<Item = Stance<S>>,
+        times: usize,
+        stance: impl Fn(usize) -> B,
         mut on_wheel: impl FnMut(usize, usize, &Stance<S>) -> Result<OnWheel<T>, GapError>,
     ) -> Result<[T; VALUES], GapError> {
         let mut mean = [T::zero(); VALUES];
-        let share = T::from(1.0 / stances.len() as f64).primal();
-        for (node, stance) in stances.enumerate() {
+        let share = T::from(1.0 / times as f64).primal();
+        for time in 0..times {
+            // Where it is built it stays: it is long to move.
+            let stance = stance(time);
+            let stance = stance.borrow();
             stance.turns_with_its_motion()?;
-            let ground = Self::ground(&stance, |q| on_wheel(node, q, &stance))?;
-            Self::add_told(&mut mean, share, (law, p), given, &stance, ground);
+            let ground = Self::ground(stance, |q| on_wheel(time, q, stance))?;
+            Self::add_told(&mut mean, share, (law, p), given, stance, ground);
         }
         Ok(mean)
     }
@@ -384,13 +390,16 @@ impl Predict for DrivePredictor {
         let window = &self.windows[index];
         let p = &*of_log(law, p, self.soils, window.log);
         let given = Given::from(window);
-        let of = |&offset| Stance::of(&self.vehicle, law, p, &given, raw, T::from(offset));
-        let stances = window.nodes.iter().map(of);
-        let near = &mut [const { Entries::<T::Primal>::unknown() }; NODES];
-        let on_wheel = |node: usize, q, stance: &Stance<T>| {
-            near[node].forces(law, p, q, stance.contact(q, &given))
+        let stance = |time: usize| {
+            let offset = T::from(window.nodes[time]);
+            Stance::of(&self.vehicle, law, p, &given, raw, offset)
         };
-        let predicted = Self::mean_readings(law, p, &given, stances, on_wheel)?;
+        let near = &mut [const { Entries::<T::Primal>::unknown() }; NODES];
+        let on_wheel = |time: usize, q, stance: &Stance<T>| {
+            near[time].forces(law, p, q, stance.contact(q, &given))
+        };
+        let times = window.nodes.len();
+        let predicted = Self::mean_readings(law, p, &given, times, stance, on_wheel)?;
         Ok(window
             .measured
             .iter()

@@ -40,8 +40,21 @@ pub(crate) fn try_for_each<R: Send + Sync, E: Send + Sync>(
     done.into_iter().flatten().collect()
 }
 
+/// Work that hands out work many times over, among the threads it is handed out to: to wait for them from outside is dear.
+pub(crate) fn among_them<R: Send>(work: impl FnOnce() -> R + Send) -> R {
+    if rayon::current_num_threads() == 1 {
+        return work();
+    }
+    rayon::scope(|_| work())
+}
+
 fn hand_out(count: usize, work: &(dyn Fn(usize) + Sync)) {
-    (0..count).into_par_iter().for_each(work);
+    // To wake one other thread, and to wait for it, costs more than many a piece of this work.
+    if count < 2 || rayon::current_num_threads() == 1 {
+        (0..count).for_each(work);
+    } else {
+        (0..count).into_par_iter().for_each(work);
+    }
 }
 
 #[cfg(test)]

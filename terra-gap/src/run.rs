@@ -12,6 +12,7 @@ use crate::drive::{self, DriveWindows};
 use crate::error::GapError;
 use crate::kinematic::diagnose_logs;
 use crate::logs::{Logs, Named};
+use crate::parallel::among_them;
 use crate::predictor::Predictor;
 use crate::rig;
 use crate::settings::{LogKind, Settings};
@@ -266,23 +267,26 @@ fn with_baseline<P: Predictor>(
     registry: &Registry,
     settings: &Settings,
 ) -> Result<(Diagnosis, P), GapError> {
-    let (setup, baseline) = match sim {
-        None => (setup(registry, rover, kind, labels)?, None),
-        Some(((data, predictor), same_soil)) => {
-            let (setup, baseline) = against(
-                data, &predictor, registry, rover, kind, settings, same_soil, labels,
-            )?;
-            (setup, Some(baseline))
-        }
-    };
-    // As the simulator's vehicle is.
-    let otherwise = baseline.as_ref().is_some_and(|b| b.otherwise_loaded);
-    let otherwise = otherwise.then(|| Predictor::otherwise_loaded(&predictor));
-    let by = otherwise.flatten();
-    let by: &dyn Predictor = by.as_deref().unwrap_or(&predictor);
-    let mut diagnosis = diagnose(data, by, &setup, settings)?;
-    diagnosis.baseline = baseline;
-    Ok((diagnosis, predictor))
+    let diagnosed = among_them(|| {
+        let (setup, baseline) = match sim {
+            None => (setup(registry, rover, kind, labels)?, None),
+            Some(((data, predictor), same_soil)) => {
+                let (setup, baseline) = against(
+                    data, &predictor, registry, rover, kind, settings, same_soil, labels,
+                )?;
+                (setup, Some(baseline))
+            }
+        };
+        // As the simulator's vehicle is.
+        let otherwise = baseline.as_ref().is_some_and(|b| b.otherwise_loaded);
+        let otherwise = otherwise.then(|| Predictor::otherwise_loaded(&predictor));
+        let by = otherwise.flatten();
+        let by: &dyn Predictor = by.as_deref().unwrap_or(&predictor);
+        let mut diagnosis = diagnose(data, by, &setup, settings)?;
+        diagnosis.baseline = baseline;
+        Ok(diagnosis)
+    });
+    diagnosed.map(|diagnosis| (diagnosis, predictor))
 }
 
 /// The nominal simulator and its rivals; `labels` are the logs that have a soil of their own.

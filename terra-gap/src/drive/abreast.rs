@@ -1,5 +1,6 @@
 //! Windows side by side: those whose wheels turn and slip the same way, so that no lane waits for another's braked wheel.
 
+use std::borrow::Borrow;
 use std::ops::Range;
 
 use terra_model::{Abreast, LaneDual, Lanes, Law, Touch, Vector};
@@ -106,6 +107,17 @@ struct Asked<'a, T> {
     memory: &'a Memory,
 }
 
+impl<T: Abreast> Asked<'_, T> {
+    /// Whether the vehicle may stand otherwise elsewhere.
+    fn may_vary(&self, p: &[T]) -> bool {
+        let moves = |touch| {
+            let mut acting = self.law.acting(p, touch);
+            acting.any(|(_, e)| e.iter().any(T::varies))
+        };
+        !self.varied.is_empty() || moves(Touch::Vehicle) || moves(Touch::Sensor)
+    }
+}
+
 impl<T: Abreast> Asked<'_, T>
 where
     Lanes: Factor<T>,
@@ -135,12 +147,9 @@ where
         let surfaces = Surfaces::of(predictor, law, p, indices, frame.as_deref(), &last);
         let last = last.beside(&surfaces);
         let mut out = vec![vec![]; indices.len()];
-        if let Some(frame) = frame.filter(|_| surfaces.any()) {
-            let found =
-                frame.residuals(law, p, &surfaces, |residual, lane| of_lane(residual, lane));
-            for (place, residual) in found {
-                let measured = &predictor.windows[indices[place]].measured;
-                out[place] = measured.iter().map(|&k| residual[k].clone()).collect();
+        if let Some(frame) = frame {
+            for (place, residual) in frame.residuals(predictor, law, p, &surfaces, &last, &of_lane) {
+                out[place] = residual;
             }
         }
         let left: Vec<usize> = (0..indices.len())
@@ -148,8 +157,8 @@ where
             .collect();
         let windows: Vec<usize> = left.iter().map(|&place| indices[place]).collect();
         let together = |windows: &[usize]| {
-            let group = Group::of(predictor, windows, &raw);
-            together(predictor, law, p, &group, &of_lane, &last, &surfaces)
+            let group = Group::of(predictor, windows);
+            together(self, &group, &raw, &of_lane, &last, &surfaces)
         };
         let found = in_groups(
             &windows,
@@ -223,115 +232,65 @@ impl<'m> Last<'m> {
 }
 
 /// Up to eight windows of one kind.
-pub(super) struct Group<'a, T> {
+pub(super) struct Group<'a> {
     indices: &'a [usize],
     windows: Vec<&'a Window>,
-    pub(super) given: Given<T>,
-    pub(super) raw: [T; RAW],
-    offsets: Vec<T>,
+    pub(super) given: Given<Lanes>,
+    pub(super) raw: [Lanes; RAW],
+    offsets: Vec<Lanes>,
 }
 
-impl<'a, T: Abreast> Group<'a, T> {
-    /// `raw`: a raw quantity by its place.
-    pub(super) fn of(
-        predictor: &'a DrivePredictor,
-        indices: &'a [usize],
-        raw: impl Fn(usize, Lanes) -> T,
-    ) -> Self {
+impl<'a> Group<'a> {
+    pub(super) fn of(predictor: &'a DrivePredictor, indices: &'a [usize]) -> Self {
         let windows: Vec<&Window> = indices.iter().map(|&i| &predictor.windows[i]).collect();
         let first = windows[0];
         // The last one fills the lanes that are left over.
         let all: [&Window; Lanes::WIDTH] =
             std::array::from_fn(|lane| windows[lane.min(windows.len() - 1)]);
-        let lift =
-            |of: fn(&Window) -> f64| T::from_primal(Lanes::gather(all.iter().map(|w| of(w))));
-        let gather = |k: usize| Lanes::gather(all.iter().map(|w| w.raw[k]));
+        let gather = |of: &dyn Fn(&Window) -> f64| Lanes::gather(all.iter().map(|w| of(w)));
         Group {
             given: Given {
-                pitch: lift(|w| w.pitch),
-                sin_roll: lift(|w| w.roll.sin()),
-                cos_roll: lift(|w| w.roll.cos()),
-                payload: lift(|w| w.payload),
-                earlier_passes: lift(|w| w.earlier_passes),
-                path: lift(|w| w.path),
-                time: lift(|w| w.time),
-                around: [
-                    lift(|w| w.around[0]),
-                    lift(|w| w.around[1]),
-                    lift(|w| w.around[2]),
-                ],
-                leaning: lift(|w| w.leaning),
+                pitch: gather(&|w| w.pitch),
+                sin_roll: gather(&|w| w.roll.sin()),
+                cos_roll: gather(&|w| w.roll.cos()),
+                payload: gather(&|w| w.payload),
+                earlier_passes: gather(&|w| w.earlier_passes),
+                path: gather(&|w| w.path),
+                time: gather(&|w| w.time),
+                around: std::array::from_fn(|k| gather(&|w| w.around[k])),
+                leaning: gather(&|w| w.leaning),
                 forwards: first.forwards(),
             },
-            raw: std::array::from_fn(|k| raw(k, gather(k))),
+            raw: std::array::from_fn(|k| gather(&|w| w.raw[k])),
             offsets: (0..first.nodes.len())
-                .map(|k| T::from_primal(Lanes::gather(all.iter().map(|w| w.nodes[k]))))
+                .map(|k| gather(&|w| w.nodes[k]))
                 .collect(),
             indices,
             windows,
         }
     }
 
-    /// How the vehicle stands at each time of the windows.
-    pub(super) fn stances<'s>(
-        &'s self,
-        predictor: &'s DrivePredictor,
-        law: &'s Law,
-        p: &'s [T],
-    ) -> impl ExactSizeIterator<Item = Stance<T>> + 's {
-        let of = |offset: &T| {
-            let (given, raw) = (&self.given, &self.raw);
-            Stance::of(&predictor.vehicle, law, p, given, raw, *offset)
-        };
-        self.offsets.iter().map(of)
+    /// At how many times of a window forces are evaluated.
+    pub(super) fn times(&self) -> usize {
+        self.offsets.len()
+    }
+
+    /// How the vehicle stands at one of these.
+    pub(super) fn stance(
+        &self,
+        predictor: &DrivePredictor,
+        law: &Law,
+        p: &[Lanes],
+        time: usize,
+    ) -> Stance<Lanes> {
+        let (given, offset) = (&self.given, self.offsets[time]);
+        Stance::of(&predictor.vehicle, law, p, given, &self.raw, offset)
     }
 
     /// The same under a law that leaves it as it is.
-    pub(super) fn left<'s>(
-        &'s self,
-        predictor: &'s DrivePredictor,
-    ) -> impl Iterator<Item = Stance<T>> + 's {
-        let of = |offset: &T| Stance::left(&predictor.vehicle, &self.given, &self.raw, *offset);
-        self.offsets.iter().map(of)
-    }
-
-    /// Whether it may stand otherwise elsewhere.
-    fn may_vary(&self, law: &Law, p: &[T]) -> bool {
-        let moves = |touch| law.acting(p, touch).any(|(_, e)| e.iter().any(T::varies));
-        self.raw.iter().any(T::varies) || moves(Touch::Vehicle) || moves(Touch::Sensor)
-    }
-
-    /// Mean readings of each, where the vehicle stands as it does.
-    ///
-    /// # Errors
-    /// Where one of them has no answer.
-    fn readings<S: Factor<T>>(
-        law: &Law,
-        p: &[T],
-        given: &Given<S>,
-        stances: impl ExactSizeIterator<Item = Stance<S>>,
-        near: &mut [Entries<Lanes>; NODES],
-        surfaces: &Surfaces<T>,
-    ) -> Result<[T; VALUES], GapError> {
-        let on_wheel = |node: usize, q: usize, stance: &Stance<S>| {
-            let (slip, load) = (stance.slip[q].lifted(), stance.load[q].lifted());
-            if let Some(forces) = surfaces.forces(&slip, &load) {
-                return Ok(forces);
-            }
-            near[node].forces(law, p, q, stance.contact(q, given))
-        };
-        DrivePredictor::mean_readings(law, p, given, stances, on_wheel)
-    }
-
-    /// The same without derivatives.
-    fn still(&self) -> Group<'a, Lanes> {
-        Group {
-            indices: self.indices,
-            windows: self.windows.clone(),
-            given: self.given.primal(),
-            raw: std::array::from_fn(|k| self.raw[k].primal()),
-            offsets: self.offsets.iter().map(|o| o.primal()).collect(),
-        }
+    pub(super) fn left(&self, predictor: &DrivePredictor, time: usize) -> Stance<Lanes> {
+        let offset = self.offsets[time];
+        Stance::left(&predictor.vehicle, &self.given, &self.raw, offset)
     }
 
     /// How many there are.
@@ -340,12 +299,37 @@ impl<'a, T: Abreast> Group<'a, T> {
     }
 }
 
+/// Mean readings of windows side by side, where the vehicle stands as it does. `stance`: at each of so many times.
+///
+/// # Errors
+/// Where one of them has no answer.
+pub(super) fn readings<T: Abreast, S: Factor<T>, B: Borrow<Stance<S>>>(
+    (law, p): (&Law, &[T]),
+    given: &Given<S>,
+    times: usize,
+    stance: impl Fn(usize) -> B,
+    windows: &[usize],
+    last: &Last<'_>,
+    surfaces: &Surfaces<T>,
+) -> Result<[T; VALUES], GapError> {
+    let mut near = remembered(windows, last);
+    let on_wheel = |time: usize, q: usize, stance: &Stance<S>| {
+        let (slip, load) = (stance.slip[q].lifted(), stance.load[q].lifted());
+        if let Some(forces) = surfaces.forces(&slip, &load) {
+            return Ok(forces);
+        }
+        near[time].forces(law, p, q, stance.contact(q, given))
+    };
+    let found = DrivePredictor::mean_readings(law, p, given, times, stance, on_wheel)?;
+    remember(windows, &near, last.memory);
+    Ok(found)
+}
+
 /// What is wanted of the residuals of a group's windows.
 fn together<T: Abreast, A>(
-    predictor: &DrivePredictor,
-    law: &Law,
-    p: &[T],
-    group: &Group<'_, T>,
+    asked: &Asked<'_, T>,
+    group: &Group<'_>,
+    raw: impl Fn(usize, Lanes) -> T,
     of_lane: impl Fn(&T, usize) -> A,
     last: &Last<'_>,
     surfaces: &Surfaces<T>,
@@ -353,20 +337,24 @@ fn together<T: Abreast, A>(
 where
     Lanes: Factor<T>,
 {
-    let p = &*of_log(law, p, predictor.soils, group.windows[0].log);
-    let mut near = remembered(group.indices, last);
-    let predicted = if group.may_vary(law, p) {
-        let stances = group.stances(predictor, law, p);
-        Group::readings(law, p, &group.given, stances, &mut near, surfaces)?
+    let Asked { predictor, law, .. } = *asked;
+    let p = &*of_log(law, asked.p, predictor.soils, group.windows[0].log);
+    let times = group.times();
+    let predicted = if asked.may_vary(p) {
+        let given = group.given.map(T::from_primal);
+        let raw: [T; RAW] = std::array::from_fn(|k| raw(k, group.raw[k]));
+        let stance = |time: usize| {
+            let offset = T::from_primal(group.offsets[time]);
+            Stance::of(&predictor.vehicle, law, p, &given, &raw, offset)
+        };
+        readings((law, p), &given, times, stance, group.indices, last, surfaces)?
     } else {
         // Numbers whose derivatives are zero are long to copy.
         let constant: Vec<Lanes> = p.iter().map(|p| p.primal()).collect();
-        let still = group.still();
-        let stances = still.stances(predictor, law, &constant);
-        Group::readings(law, p, &still.given, stances, &mut near, surfaces)?
+        let stance = |time| group.stance(predictor, law, &constant, time);
+        readings((law, p), &group.given, times, stance, group.indices, last, surfaces)?
     };
-    remember(group.indices, &near, last.memory);
-    let residual: [T; VALUES] = std::array::from_fn(|k| group.raw[k] - predicted[k]);
+    let residual: [T; VALUES] = std::array::from_fn(|k| raw(k, group.raw[k]) - predicted[k]);
     let of_window = |(lane, window): (usize, &&Window)| {
         let each = window.measured.iter();
         each.map(|&k| of_lane(&residual[k], lane)).collect()

@@ -5,25 +5,28 @@
 
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
-use terra_model::{Abreast, Circumstance, Contact, Lanes, Law, Vector};
+use terra_model::{Abreast, Circumstance, Contact, Lanes, Law, Real, Root, Vector};
 
-use super::abreast::{Group, Kind};
+use super::abreast::{Group, Kind, Last, readings};
 use super::stance::{Factor, Stance, is_left};
 use super::surface::{Covers, Place, Surfaces};
 use super::{DrivePredictor, Given, VALUES};
 use crate::error::GapError;
-use crate::parallel::try_for_each;
+use crate::parallel::for_each;
 
 /// Packs that are kept at most: a quarter of an hour's windows, several times over.
 const KEPT: usize = 4096;
 
 /// Up to eight windows that have as many times each.
 struct Pack {
-    /// Their places among the windows that were asked for.
+    /// Their places among the windows that were asked for, and which they are.
     places: Vec<usize>,
+    windows: Vec<usize>,
     given: Given<Lanes>,
     measured: [Lanes; VALUES],
     stances: Vec<Stance<Lanes>>,
+    /// Whether any wheel is driven, and braked.
+    sides: [bool; 2],
 }
 
 /// All windows of an evaluation.
@@ -45,17 +48,25 @@ impl Frame {
             for members in alike.chunks(Lanes::WIDTH) {
                 let places: Vec<usize> = members.iter().map(|(_, place)| *place).collect();
                 let windows: Vec<usize> = places.iter().map(|&place| indices[place]).collect();
-                let group = Group::of(predictor, &windows, |_, x| x);
-                let stances: Vec<_> = group.left(predictor).collect();
+                let group = Group::of(predictor, &windows);
+                let stances = (0..group.times()).map(|time| group.left(predictor, time));
+                let stances: Vec<_> = stances.collect();
                 let turns = |s: &Stance<_>| s.turns_with_its_motion().is_ok();
                 if !stances.iter().all(turns) {
                     return None;
                 }
+                let slips = || stances.iter().flat_map(|s| &s.slip);
+                let zero = Lanes::zero();
                 packs.push(Pack {
                     measured: std::array::from_fn(|k| group.raw[k]),
+                    sides: [
+                        slips().any(|slip| slip.max_lane() >= 0.0),
+                        slips().any(|slip| slip.any_lt(zero)),
+                    ],
                     given: group.given,
                     places,
                     stances,
+                    windows,
                 });
             }
         }
@@ -88,39 +99,64 @@ impl Frame {
         out
     }
 
-    /// What `of_lane` makes of the residuals of windows whose wheels surfaces stand for, each at its place; none of others.
+    /// What `of_lane` makes of the residuals of windows, each at its place; none of those beside one that has no answer.
     pub(super) fn residuals<T: Abreast, A: Send + Sync>(
         &self,
+        predictor: &DrivePredictor,
         law: &Law,
         p: &[T],
         surfaces: &Surfaces<T>,
+        last: &Last<'_>,
         of_lane: impl Fn(&T, usize) -> A + Sync,
-    ) -> Vec<(usize, [A; VALUES])>
+    ) -> Vec<(usize, Vec<A>)>
     where
         Lanes: Factor<T>,
     {
         let of_pack = |k: usize| {
             let pack = &self.packs[k];
-            let Some(predicted) = pack.readings(law, p, surfaces) else {
-                return Ok(vec![]);
+            let Ok(predicted) = pack.readings(law, p, surfaces, last) else {
+                return vec![];
             };
             let residual: [T; VALUES] = std::array::from_fn(|k| {
                 let measured = T::from_primal(pack.measured[k]);
                 measured - predicted[k]
             });
-            let each = pack.places.iter().enumerate();
-            let each = each.map(|(lane, &place)| {
-                (place, std::array::from_fn(|k| of_lane(&residual[k], lane)))
+            let each = pack.places.iter().zip(&pack.windows).enumerate();
+            let each = each.map(|(lane, (&place, &window))| {
+                let measured = predictor.windows[window].measured.iter();
+                let told = measured.map(|&k| of_lane(&residual[k], lane));
+                (place, told.collect())
             });
-            Ok::<_, GapError>(each.collect())
+            each.collect()
         };
-        let found = try_for_each(self.packs.len(), of_pack);
-        found.map_or_else(|_| vec![], |found| found.into_iter().flatten().collect())
+        let found = for_each(self.packs.len(), of_pack);
+        found.into_iter().flatten().collect()
     }
 }
 
 impl Pack {
+    /// # Errors
+    /// Where one of its windows has no answer.
     fn readings<T: Abreast>(
+        &self,
+        law: &Law,
+        p: &[T],
+        surfaces: &Surfaces<T>,
+        last: &Last<'_>,
+    ) -> Result<[T; VALUES], GapError>
+    where
+        Lanes: Factor<T>,
+    {
+        if let Some(found) = self.by_surfaces(law, p, surfaces) {
+            return Ok(found);
+        }
+        let stance = |time: usize| &self.stances[time];
+        let times = self.stances.len();
+        readings((law, p), &self.given, times, stance, &self.windows, last, surfaces)
+    }
+
+    /// Where surfaces stand for all of their wheels.
+    fn by_surfaces<T: Abreast>(
         &self,
         law: &Law,
         p: &[T],
@@ -129,6 +165,9 @@ impl Pack {
     where
         Lanes: Factor<T>,
     {
+        if !surfaces.stand_for(self.sides) {
+            return None;
+        }
         let mut mean = [T::zero(); VALUES];
         let share = Lanes::from(1.0 / self.stances.len() as f64);
         for stance in &self.stances {

@@ -269,6 +269,12 @@ impl<T: Abreast> Surfaces<T> {
         })
     }
 
+    /// Whether they stand for wheels on these sides of zero slip.
+    pub(super) fn stand_for(&self, sides: [bool; 2]) -> bool {
+        let mut both = sides.into_iter().zip(&self.sides);
+        both.all(|(asked, surface)| !asked || surface.is_some())
+    }
+
     /// What the ground gives eight vehicles, where surfaces stand for all of their wheels.
     pub(super) fn ground(&self, stance: &Stance<Lanes>, given: &Given<Lanes>) -> Option<Ground<T>> {
         let (zero, one) = (Lanes::zero(), Lanes::one());
@@ -396,9 +402,10 @@ fn contacts<T: Abreast>(
     let p: Vec<Lanes> = p.iter().map(|p| p.primal()).collect();
     let kind = |i| Kind::of(predictor, &predictor.windows[i]);
     let together = |windows: &[usize]| {
-        let group = Group::of(predictor, windows, |_, x| x);
+        let group = Group::of(predictor, windows);
         let mut places = vec![vec![]; group.len()];
-        for stance in group.stances(predictor, law, &p) {
+        for time in 0..group.times() {
+            let stance = group.stance(predictor, law, &p, time);
             stance.turns_with_its_motion()?;
             for q in 0..4 {
                 let at: Contact<Lanes> = stance.contact(q, &group.given);
