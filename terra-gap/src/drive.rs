@@ -23,6 +23,7 @@ mod frame;
 mod held;
 mod own_noise;
 mod read;
+mod rounded;
 mod spacing;
 mod stance;
 mod stream;

@@ -252,6 +252,7 @@ fn drive_windows(
     for (name, log) in logs.iter() {
         diagnosis.heed.extend(log.held(name));
         diagnosis.heed.extend(log.widened(name));
+        diagnosis.heed.extend(log.rounded(name));
     }
     diagnosis.logs = logs.joined();
     Ok(diagnosis)

@@ -1,12 +1,14 @@
 //! Causes whose gap is far beyond the noise: the re-fitted nominal law is then no guide to noise and inputs.
 
+use terra::data::{DriveLog, Rover};
 use terra::gap::{Diagnosis, Settings, diagnose_drive};
+use terra::model::Registry;
 use terra::sim::{Scenario, simulate_drive};
 
 use crate::vehicle::{effect, example};
 
-/// Slow manoeuvres on a slope that nobody told of, with good sensors.
-fn on_a_slope(slope: f64) -> Diagnosis {
+/// Slow manoeuvres with what is missing, on known soil: their log, and the rover by these sensors.
+pub(crate) fn slowly(missing: Option<(&str, f64)>, noise: [(&str, f64); 5]) -> (DriveLog, Rover) {
     let (mut rover, registry, _) = example();
     let text = r#"
         seed = 4
@@ -40,6 +42,19 @@ fn on_a_slope(slope: f64) -> Diagnosis {
         wheel_speed_rad_s = { from = 2.3, to = 0.33 }
         pitch_rad = -0.04
     "#;
+    rover.noise.0 = noise
+        .into_iter()
+        .map(|(n, sd)| (n.to_owned(), sd))
+        .collect();
+    rover.terrain.start = Some(terra::data::Start::Id("upland_sandy_loam".to_owned()));
+    let mut scenario = Scenario::parse(text, "scenario.toml").unwrap();
+    scenario.effects = missing.map(effect).into_iter().collect();
+    let log = simulate_drive(&scenario, &rover, &registry).unwrap().log;
+    (log, rover)
+}
+
+/// These on a slope that nobody told of.
+fn on_a_slope(slope: f64) -> Diagnosis {
     let noise = [
         ("wheel_speed_rad_s", 0.05),
         ("wheel_torque_N_m", 0.1),
@@ -47,15 +62,8 @@ fn on_a_slope(slope: f64) -> Diagnosis {
         ("yaw_rate_rad_s", 0.005),
         ("accel_x_m_s2", 0.05),
     ];
-    rover.noise.0 = noise
-        .into_iter()
-        .map(|(n, sd)| (n.to_owned(), sd))
-        .collect();
-    rover.terrain.start = Some(terra::data::Start::Id("upland_sandy_loam".to_owned()));
-    let mut scenario = Scenario::parse(text, "scenario.toml").unwrap();
-    scenario.effects = vec![effect(("slope", slope))];
-    let log = simulate_drive(&scenario, &rover, &registry).unwrap().log;
-    diagnose_drive(&log, &rover, &registry, &Settings::of(&rover)).unwrap()
+    let (log, rover) = slowly(Some(("slope", slope)), noise);
+    diagnose_drive(&log, &rover, &Registry::builtin(), &Settings::of(&rover)).unwrap()
 }
 
 /// However large the cause, it comes first and without a needless second one, explains the same to the noise, and leaves the same soil.

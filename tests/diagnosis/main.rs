@@ -9,6 +9,7 @@ mod own_noise;
 mod properties;
 mod rig;
 mod rig_speeds;
+mod rounded;
 mod several;
 mod size;
 mod slip_noise;

@@ -148,7 +148,8 @@ where
         let last = last.beside(&surfaces);
         let mut out = vec![vec![]; indices.len()];
         if let Some(frame) = frame {
-            for (place, residual) in frame.residuals(predictor, law, p, &surfaces, &last, &of_lane) {
+            for (place, residual) in frame.residuals(predictor, law, p, &surfaces, &last, &of_lane)
+            {
                 out[place] = residual;
             }
         }
@@ -347,12 +348,28 @@ where
             let offset = T::from_primal(group.offsets[time]);
             Stance::of(&predictor.vehicle, law, p, &given, &raw, offset)
         };
-        readings((law, p), &given, times, stance, group.indices, last, surfaces)?
+        readings(
+            (law, p),
+            &given,
+            times,
+            stance,
+            group.indices,
+            last,
+            surfaces,
+        )?
     } else {
         // Numbers whose derivatives are zero are long to copy.
         let constant: Vec<Lanes> = p.iter().map(|p| p.primal()).collect();
         let stance = |time| group.stance(predictor, law, &constant, time);
-        readings((law, p), &group.given, times, stance, group.indices, last, surfaces)?
+        readings(
+            (law, p),
+            &group.given,
+            times,
+            stance,
+            group.indices,
+            last,
+            surfaces,
+        )?
     };
     let residual: [T; VALUES] = std::array::from_fn(|k| raw(k, group.raw[k]) - predicted[k]);
     let of_window = |(lane, window): (usize, &&Window)| {

@@ -152,7 +152,15 @@ impl Pack {
         }
         let stance = |time: usize| &self.stances[time];
         let times = self.stances.len();
-        readings((law, p), &self.given, times, stance, &self.windows, last, surfaces)
+        readings(
+            (law, p),
+            &self.given,
+            times,
+            stance,
+            &self.windows,
+            last,
+            surfaces,
+        )
     }
 
     /// Where surfaces stand for all of their wheels.

@@ -8,6 +8,7 @@ use super::DrivePredictor;
 use super::choice::{ALIKE, Choice};
 use super::held::Held;
 use super::own_noise;
+use super::rounded;
 use super::spacing::wider;
 use super::stream::Stream;
 use super::window::{BENT, Sensors, Taken, bends, channels, short_scatter, usual};
@@ -101,6 +102,20 @@ impl DriveWindows {
                 "{prefix}windows of {window:.1} s, as ground_speed_m_s is read too rarely for shorter ones; [gap] window_s sets them"
             )
         })
+    }
+
+    /// What to heed where channels are rounded coarsely.
+    pub(crate) fn rounded(&self, prefix: &str) -> impl Iterator<Item = String> {
+        let (_, notes) = self.beside_their_digits();
+        notes.into_iter().map(move |note| format!("{prefix}{note}"))
+    }
+
+    /// The windows kept, less sure by what their digits hide, and what is said of that.
+    fn beside_their_digits(&self) -> (Vec<Taken>, Vec<String>) {
+        let reader = &self.stream.reader;
+        let mut kept: Vec<Taken> = self.choice.clone().into_windows().collect();
+        let notes = rounded::raise(&mut kept, &reader.seen, &reader.sensors().of_series());
+        (kept, notes)
     }
 
     /// How long windows are \[s\].
@@ -216,7 +231,9 @@ fn joined(
             leave_out(reason, *n);
         }
         leave_out(ALIKE, log.choice.left_out());
-        for mut taken in log.choice.clone().into_windows() {
+        let (kept, rounded) = log.beside_their_digits();
+        notes.extend(rounded.iter().map(|note| format!("{prefix}{note}")));
+        for mut taken in kept {
             taken.window.log = number;
             let o = &mut taken.observation;
             for text in [&mut o.group, &mut o.place] {

@@ -7,6 +7,7 @@ use terra_data::{DriveLog, Rover, Series, WHEELS};
 use terra_model::{STANDSTILL_SPEED, Vehicle, library_slip};
 
 use super::cells::{Line, cells, declared, line};
+use super::rounded::Values;
 use super::way::{Along, Way};
 use super::{
     ACCEL, AROUND, GRAVITY, NOISES, RAW, SPEED, SPEED_GATE, SPEED_RATE, TORQUE, VALUES, WHEEL,
@@ -111,6 +112,17 @@ impl Sensors {
     /// Speed from which a window says something about slip \[m/s\].
     fn least_speed(self) -> f64 {
         (NOISES * self.speed).clamp(STANDSTILL_SPEED, SPEED_GATE)
+    }
+
+    /// Of every series.
+    pub(super) fn of_series(self) -> [f64; SERIES] {
+        std::array::from_fn(|k| match k {
+            SCATTER_ACCEL => self.accel.unwrap_or(0.0),
+            SCATTER_SPEED => self.speed,
+            SCATTER_YAW => self.yaw,
+            k if k >= SCATTER_WHEEL => self.wheel,
+            _ => self.torque,
+        })
     }
 
     /// Those of two logs of one vehicle: where a log lacks a sensor, the other's.
@@ -224,6 +236,8 @@ pub(crate) struct Reader {
     /// The speed of the window that was read last.
     pub(crate) going: Option<Going>,
     pub(crate) dropped: BTreeMap<String, usize>,
+    /// The values that every series has had.
+    pub(super) seen: [Values; SERIES],
 }
 
 impl Reader {
@@ -242,6 +256,7 @@ impl Reader {
             way: Way::default(),
             going: None,
             dropped: BTreeMap::new(),
+            seen: Default::default(),
         })
     }
 
@@ -386,6 +401,7 @@ impl Reader {
             lag[SCATTER_WHEEL + q] = (w.lag, w.samples);
             (raw[WHEEL_RATE + q], sd[WHEEL_RATE + q]) = (w.slope, w.slope_sd);
         }
+        self.see(log, rows.clone());
         let time = log.time.get(rows.start + rows.len() / 2);
         let time = time.copied().unwrap_or_default();
         let cells = |s: &Option<Series>, missing| cells(s.as_ref(), rows.clone(), missing);
@@ -458,6 +474,22 @@ impl Reader {
             scatter,
             lag,
         })
+    }
+
+    /// Looks at the values of a window.
+    fn see(&mut self, log: &DriveLog, rows: Range<usize>) {
+        let torques = log.wheel_torque.iter().flatten();
+        let body = [&log.accel_x, &log.ground_speed, &log.yaw_rate];
+        let all = torques.enumerate();
+        let all = all.chain(
+            (SCATTER_ACCEL..)
+                .zip(body)
+                .filter_map(|(k, s)| Some((k, s.as_ref()?))),
+        );
+        for (k, series) in all.chain((SCATTER_WHEEL..).zip(&log.wheel_speed)) {
+            let values = rows.clone().filter_map(|row| series.get(row));
+            values.for_each(|value| self.seen[k].see(value));
+        }
     }
 
     /// The segment that windows belong to.
