@@ -100,7 +100,7 @@ pub(crate) fn confirm_singles(
                 }],
             };
             let at_the_null = kind == LogKind::Drive && before.is_none() && elsewhere.is_none();
-            let known = at_the_null.then(|| score.beyond(&null_weighed.plain));
+            let known = at_the_null.then(|| score.beyond(&null_weighed.plain, &**effect));
             let effort = match before {
                 Some(_) => again(kind),
                 None => contest(kind),

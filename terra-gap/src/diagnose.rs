@@ -217,7 +217,7 @@ pub(crate) fn diagnose(
             LogKind::Drive => NEARLY_ALL,
             LogKind::Rig | LogKind::Kinematic => HALF,
         };
-        let closed = found.closed.map(|c| c.mean).filter(|c| *c < asked);
+        let closed = found.closed.filter(|c| c.mean < asked);
         doubt = closed.filter(|_| h.effects().len() > 1);
         held = Some(found);
         let what = "places of what remains";
@@ -227,9 +227,13 @@ pub(crate) fn diagnose(
     }
     if let Some(closed) = doubt {
         ranking.doubt_both(STANDS_FOR_ONE);
+        let share = if closed.tells() {
+            format!("{:.0} % of the gap", 100.0 * closed.mean)
+        } else {
+            "no share of the gap that stands out of the noise".to_owned()
+        };
         decision.doubt(format!(
-            "these causes together close {:.0} % of the gap where they were not fitted: what is missing may be something else",
-            100.0 * closed
+            "these causes together close {share} where they were not fitted: what is missing may be something else"
         ));
     }
     // Against another simulator the soil starts from that one's, and other soil is an answer of its own.

@@ -163,7 +163,7 @@ pub(crate) fn confirm_pairs(
             if let Some(second) = second.filter(|_| kind != LogKind::Drive || asks) {
                 let mut start = weighed.plain.x.as_slice().to_vec();
                 start.push(screen[k].score.magnitude.clamp(-3.0, 3.0));
-                let known = screen[k].score.beyond(&here);
+                let known = screen[k].score.beyond(&here, &*kept[k]);
                 fitted.push(kept[k].name());
                 jobs.push((*first, second, start, known));
             }

@@ -6,6 +6,7 @@
 //! The soil imitates nearly everything; without the projection an effect is credited with what a re-fit absorbs.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use terra_model::AnyEffect;
 
 use crate::evidence::ln_normal_cdf;
 use crate::fit::{Fit, Known};
@@ -104,9 +105,14 @@ impl Score {
         out
     }
 
-    /// What a fit knows for one that begins at its end with this effect as one more, still at zero.
-    pub(crate) fn beyond(&self, fit: &Fit) -> Known {
-        fit.known(self.beside(&fit.jacobian))
+    /// What a fit knows for one that begins at its end with this effect as one more, still at zero. The signature of a flat one is no
+    /// slope there.
+    pub(crate) fn beyond(&self, fit: &Fit, effect: &dyn AnyEffect) -> Known {
+        let known = fit.known(self.beside(&fit.jacobian));
+        Known {
+            exact: known.exact && !effect.is_flat(),
+            ..known
+        }
     }
 
     /// ln B of this effect and another together, and their best magnitudes; none where one of them would have to be

@@ -264,9 +264,13 @@ impl Thin {
         let at = Place::of(&end);
         let columns = columns(&self.data, predictor, null, &at, effects, noise);
         let finite = |c: &DVector<f64>| c.iter().all(|v| v.is_finite());
+        // What a flat effect does at a size of its own is no slope at zero.
+        let own = |(c, effect): (Result<DVector<f64>, String>, &Arc<dyn AnyEffect>)| {
+            c.ok().filter(|c| finite(c) && !effect.is_flat())
+        };
         Ok(Begun {
             end,
-            columns: columns.into_iter().map(|c| c.ok().filter(finite)).collect(),
+            columns: columns.into_iter().zip(effects).map(own).collect(),
         })
     }
 

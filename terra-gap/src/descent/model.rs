@@ -35,15 +35,11 @@ pub(super) struct Model {
 impl Model {
     pub(super) fn new(here: &Point, j: &DMatrix<f64>, low: &[f64], high: &[f64]) -> Self {
         let all = j.tr_mul(&here.r) - &here.x;
-        // Components pushed against their bound stay where they are.
-        let free: Vec<usize> = (0..all.len())
-            .filter(|&k| {
-                !((here.x[k] <= low[k] && all[k] < 0.0) || (here.x[k] >= high[k] && all[k] > 0.0))
-            })
-            .collect();
-        let gradient = DVector::from_iterator(free.len(), free.iter().map(|&k| all[k]));
+        let whole = j.tr_mul(j) + DMatrix::identity(all.len(), all.len());
+        let free = free_of_bounds(&here.x, &all, &whole, low, high);
+        let gradient = all.select_rows(&free);
         let slopes = j.select_columns(&free);
-        let curvature = slopes.tr_mul(&slopes) + DMatrix::identity(free.len(), free.len());
+        let curvature = whole.select_columns(&free).select_rows(&free);
         let left = curvature
             .clone()
             .cholesky()
@@ -89,6 +85,46 @@ impl Model {
     }
 }
 
+/// The components that no bound holds: those inside, and those at a bound that the least of the quadratic over the others leads away
+/// from it. The gradient where the way stands does not tell: in a narrow valley what is left to go across it outweighs everything.
+fn free_of_bounds(
+    x: &DVector<f64>,
+    gradient: &DVector<f64>,
+    curvature: &DMatrix<f64>,
+    low: &[f64],
+    high: &[f64],
+) -> Vec<usize> {
+    let inwards = |k: usize, by: f64| (x[k] <= low[k] && by > 0.0) || (x[k] >= high[k] && by < 0.0);
+    let (mut free, mut at_bound): (Vec<usize>, Vec<usize>) =
+        (0..x.len()).partition(|&k| low[k] < x[k] && x[k] < high[k]);
+    while !at_bound.is_empty() {
+        let along = curvature.select_columns(&free).select_rows(&free);
+        let Some(root) = along.cholesky() else {
+            break;
+        };
+        let step = root.solve(&gradient.select_rows(&free));
+        // One that was let go and would go back out is held from now on.
+        if let Some(place) = free
+            .iter()
+            .zip(step.iter())
+            .position(|(&k, by)| (x[k] <= low[k] || x[k] >= high[k]) && !inwards(k, *by))
+        {
+            free.remove(place);
+            continue;
+        }
+        let left = gradient - curvature.select_columns(&free) * step;
+        let lead = |k: usize| left[k].powi(2) / curvature[(k, k)];
+        let leads = (0..at_bound.len()).filter(|&i| inwards(at_bound[i], left[at_bound[i]]));
+        let most = leads.max_by(|a, b| lead(at_bound[*a]).total_cmp(&lead(at_bound[*b])));
+        let Some(most) = most else {
+            break;
+        };
+        free.push(at_bound.remove(most));
+    }
+    free.sort_unstable();
+    free
+}
+
 /// How the valley bends along a velocity; none where there is no answer a little along it.
 pub(super) fn acceleration<R: Residuals>(
     problem: &R,
@@ -105,4 +141,27 @@ pub(super) fn acceleration<R: Residuals>(
     let moved = DVector::from_iterator(model.free.len(), model.free.iter().map(|&k| moved[k]));
     let second = (r - &here.r + &model.slopes * moved) * (2.0 / (PROBE * PROBE));
     Some(solver.solve(&model.slopes.tr_mul(&second)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two components that do nearly the same, the second with a bound at zero, where both stand: across their valley a step is
+    /// left that outweighs what leads along it. The least of the quadratic lies inside or not, whatever the gradient says.
+    #[test]
+    fn a_bound_holds_what_the_least_lies_beyond() {
+        let j = DMatrix::from_row_slice(2, 2, &[100.0, 99.0, 0.0, 1.0]);
+        let (low, high) = ([f64::NEG_INFINITY, 0.0], [f64::INFINITY; 2]);
+        let free = |across: f64, along: f64| {
+            let here = Point::new(DVector::zeros(2), DVector::from_vec(vec![across, along]));
+            Model::new(&here, &j, &low, &high).free
+        };
+        // J'r of the second: -4.9, then 4.9.
+        assert_eq!(free(-0.1, 5.0), [0, 1]);
+        assert_eq!(free(0.1, -5.0), [0]);
+        // Where both say the same.
+        assert_eq!(free(0.1, 5.0), [0, 1]);
+        assert_eq!(free(-0.1, -5.0), [0]);
+    }
 }
