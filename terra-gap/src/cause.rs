@@ -78,6 +78,9 @@ pub(crate) struct Ranking {
 /// and 15015), by up to 290 nats where it took the place of an effect whose formula the law does not have, and was right in 26.
 /// An effect that leads over so free a soil stands alone: other soil was the truth in none of 15 such cases within 20 nats.
 const STAND_IN: f64 = 20.0;
+/// Nats by which another form must be better for a cause to be told by it: up to there its magnitude is told by the usual formula,
+/// in which it is known. Not so where a formula is left free, which is told for what it is.
+const ANOTHER_FORM: f64 = 3.0;
 /// Prior of a pair relative to a single.
 const PAIR_PRIOR: f64 = 0.1;
 
@@ -463,6 +466,21 @@ fn unseen(rivals: &Rivals) -> impl Iterator<Item = &Weighed> {
     })
 }
 
+/// The form that a cause is told in: the usual one, where the best is no better by more than chance.
+fn usual_form<'a>(
+    forms: &[(usize, &'a Weighed)],
+    best: (usize, &'a Weighed),
+) -> (usize, &'a Weighed) {
+    let is = |w: &Weighed, form| w.hypothesis.effects().iter().all(|e| e.form() == form);
+    let near = |w: &Weighed| w.log_evidence >= best.1.log_evidence - ANOTHER_FORM;
+    if is(best.1, FREE) {
+        return best;
+    }
+    let usual = forms.iter().filter(|(_, w)| is(w, "default") && near(w));
+    let usual = usual.max_by(|a, b| a.1.log_evidence.total_cmp(&b.1.log_evidence));
+    usual.copied().unwrap_or(best)
+}
+
 /// Single effects, averaged over forms and structures under one name.
 fn singles(rivals: &Rivals) -> Vec<Cause> {
     let (singles, screen) = (&rivals.singles, &rivals.screen);
@@ -485,8 +503,9 @@ fn singles(rivals: &Rivals) -> Vec<Cause> {
         else {
             continue;
         };
+        let (k, best) = usual_form(&forms, (*k, *best));
         let evidence = averaged(&forms, rivals.null.law.model().name());
-        let score = &screen[*k].score;
+        let score = &screen[k].score;
         let mut alike: Vec<String> = vec![];
         for s in screen {
             let same = s.name != name && s.score.cosine(score).abs() > LOOK_ALIKE;
@@ -510,7 +529,7 @@ fn singles(rivals: &Rivals) -> Vec<Cause> {
                 .map_or_else(String::new, |e| e.form().to_owned()),
             indistinguishable_from: alike,
             unseen_second: false,
-            weighed: (*best).clone(),
+            weighed: best.clone(),
         });
     }
     causes

@@ -26,6 +26,8 @@ use crate::rig::median;
 const BEYOND: f64 = 3.0;
 /// Variance over the stated one up to which it is left: wheels do not run quite straight inside a window either.
 const LITTLE: f64 = 1.3;
+/// Correlation below its negative at which wheel speeds are differences of counts.
+const COUNTED: f64 = 0.3;
 /// Largest correlation of one sample with the next that is looked for.
 const LARGEST: f64 = 0.98;
 /// Fewest windows that tell.
@@ -40,13 +42,29 @@ struct Left {
 }
 
 fn left(n: usize, rho: f64) -> Left {
+    let powers: Vec<f64> = (0..n).map(|k| rho.powi(k as i32)).collect();
+    left_by(n, &powers)
+}
+
+/// The same of differences of a position that is read with white noise, as of an encoder's counts: each takes back half of the one
+/// before.
+fn left_by_differences(n: usize) -> Left {
+    let mut alike = vec![0.0; n];
+    alike
+        .iter_mut()
+        .zip([1.0, -0.5])
+        .for_each(|(r, by)| *r = by);
+    left_by(n, &alike)
+}
+
+/// `alike`: how far samples so far apart are.
+fn left_by(n: usize, alike: &[f64]) -> Left {
     let count = n as f64;
     let middle = 0.5 * (count - 1.0);
     let length = (count * (count * count - 1.0) / 12.0).sqrt();
     let u = 1.0 / count.sqrt();
     let v: Vec<f64> = (0..n).map(|i| (i as f64 - middle) / length).collect();
-    let powers: Vec<f64> = (0..n).map(|k| rho.powi(k as i32)).collect();
-    let r = |i: usize, j: usize| powers[i.abs_diff(j)];
+    let r = |i: usize, j: usize| alike[i.abs_diff(j)];
     let times = |w: &dyn Fn(usize) -> f64| -> Vec<f64> {
         let row = |i: usize| (0..n).map(|j| r(i, j) * w(j)).sum();
         (0..n).map(row).collect()
@@ -140,6 +158,26 @@ impl Seen {
     }
 }
 
+impl Seen {
+    /// The share of the square that is of differences, where it is beyond chance.
+    fn by_differences(&self, n: usize) -> Option<f64> {
+        let squares = self.0.iter().map(|w| w.1 * (w.0 as f64 - 2.0));
+        let square: f64 = squares.clone().sum();
+        let lags = self.0.iter().map(|w| w.2);
+        let lag = squares
+            .clone()
+            .zip(lags.clone())
+            .map(|(s, l)| s * l)
+            .sum::<f64>()
+            / square;
+        let off = squares.zip(lags).map(|(s, l)| (s * (l - lag)).powi(2));
+        let error = off.sum::<f64>().sqrt() / square;
+        let [white, differences] = [left(n, 0.0), left_by_differences(n)].map(|left| left.lag);
+        let share = |lag: f64| ((white - lag) / (white - differences)).clamp(0.0, 1.0);
+        (share(lag + BEYOND * error) > 0.0).then(|| share(lag))
+    }
+}
+
 /// The variances of a window's mean and slope over those of white noise of the stated size.
 fn factors(n: usize, (rho, variance): (f64, f64)) -> [f64; 2] {
     let there = left(n, rho);
@@ -199,16 +237,36 @@ fn own(taken: &[Taken], sensor: &Sensor) -> Option<(f64, f64, [f64; 2])> {
         .flat_map(of)
         .filter(|(square, (lag, n))| square.is_finite() && lag.is_finite() && *n > 3)
         .map(|(square, (lag, n))| (n, square, lag));
-    let seen = Seen(known.collect()).steady();
-    if seen.0.len() < FEWEST {
-        return None;
+    Seen(known.collect()).steady().beyond()
+}
+
+impl Seen {
+    /// What of them is beyond the stated noise: as [`own`].
+    fn beyond(&self) -> Option<(f64, f64, [f64; 2])> {
+        if self.0.len() < FEWEST {
+            return None;
+        }
+        let n = median(self.0.iter().map(|w| w.0 as f64)) as usize;
+        if let Some(share) = self.by_differences(n) {
+            let square = median(self.0.iter().map(|w| w.1));
+            let (white, there) = (left(n, 0.0), left_by_differences(n));
+            let variance =
+                square * (n as f64 - 2.0) / (share * there.square + (1.0 - share) * white.square);
+            let factor =
+                |white: f64, there: f64| variance * (share * there + (1.0 - share) * white);
+            let factors = [
+                factor(white.mean, there.mean),
+                factor(white.slope, there.slope),
+            ];
+            let beyond = factors.iter().any(|f| *f > LITTLE);
+            return beyond.then(|| (square.sqrt(), -0.5 * share, factors));
+        }
+        let [likeliest, surely] = self.noise();
+        let most = factors(n, surely).into_iter().fold(0.0, f64::max);
+        // The square as it was seen: around a line noise that follows itself scatters less than it is large.
+        let square = likeliest.1 * left(n, likeliest.0).square / (n as f64 - 2.0);
+        (most > LITTLE).then(|| (square.sqrt(), likeliest.0, factors(n, likeliest)))
     }
-    let n = median(seen.0.iter().map(|w| w.0 as f64)) as usize;
-    let [likeliest, surely] = seen.noise();
-    let most = factors(n, surely).into_iter().fold(0.0, f64::max);
-    // The square as it was seen: around a line noise that follows itself scatters less than it is large.
-    let square = likeliest.1 * left(n, likeliest.0).square / (n as f64 - 2.0);
-    (most > LITTLE).then(|| (square.sqrt(), likeliest.0, factors(n, likeliest)))
 }
 
 /// Variance of a window's mean acceleration that the log's samples show beyond the stated noise \[m²/s⁴\].
@@ -225,12 +283,17 @@ pub(super) fn beyond_of_acceleration(taken: &[Taken]) -> f64 {
 }
 
 /// Raises the noise of the windows to the log's own where that is beyond chance, and says so. Where the rover file does not state
-/// how rough the ground is, only that of the ground speed, which inertia keeps smooth: the ground scatters all else, and is told
-/// from the bends of three windows.
+/// how rough the ground is, only that of the ground speed, which inertia keeps smooth, and of wheel speeds that take back what they
+/// said before, as no ground makes them: the ground scatters all else, and is told from the bends of three windows.
 pub(super) fn raise(taken: &mut [Taken], rough: bool) -> Vec<String> {
     let mut notes = vec![];
-    for sensor in SENSORS.iter().filter(|s| rough || s.means == SPEED) {
-        let Some((size, rho, factors)) = own(taken, sensor) else {
+    for sensor in SENSORS {
+        let sensors_own = |rho: f64| {
+            let counted = sensor.means == WHEEL && rho < -COUNTED;
+            rough || sensor.means == SPEED || counted
+        };
+        let found = own(taken, &sensor).filter(|(_, rho, _)| sensors_own(*rho));
+        let Some((size, rho, factors)) = found else {
             continue;
         };
         let [of_mean, of_slope] = factors.map(|f| f.max(1.0).sqrt());
@@ -322,6 +385,43 @@ mod tests {
         assert!(of_mean > 5.0 && of_slope > 3.0);
     }
 
+    /// Differences of a position that is read with white noise, eight times as large as stated, beside white noise as stated: means
+    /// are off by as much as is found and far less than white noise of that size would leave them, slopes likewise.
+    #[test]
+    fn differences_of_counts_take_back_what_they_say() {
+        let n = 20;
+        let mut rng = ChaCha8Rng::seed_from_u64(5);
+        let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
+        let time: Vec<f64> = (0..n).map(|i| 0.01 * f64::from(i)).collect();
+        let windows: Vec<_> = (0..4000)
+            .map(|_| {
+                let mut last = normal();
+                let series = (0..n)
+                    .map(|_| {
+                        let next = normal();
+                        let step = (next - std::mem::replace(&mut last, next)) / 2f64.sqrt();
+                        Some(8.0 * step + normal())
+                    })
+                    .collect();
+                line(&time, &series, 0..n as usize, 1.0).unwrap()
+            })
+            .collect();
+        let seen = windows.iter().map(|w| (w.samples, w.scatter, w.lag));
+        let (size, rho, [mean, slope]) = Seen(seen.collect()).steady().beyond().unwrap();
+        assert!(
+            (size - 8.0).abs() < 0.5 && (rho + 0.49).abs() < 0.02,
+            "{size} {rho}"
+        );
+        let scatter = |of: &dyn Fn(&crate::drive::Line) -> f64| {
+            windows.iter().map(|w| of(w).powi(2)).sum::<f64>() / windows.len() as f64
+        };
+        let of_mean = scatter(&|w| w.mean / w.mean_sd);
+        let of_slope = scatter(&|w| w.slope / w.slope_sd);
+        assert!((mean / of_mean - 1.0).abs() < 0.3, "{mean} {of_mean}");
+        assert!((slope / of_slope - 1.0).abs() < 0.3, "{slope} {of_slope}");
+        assert!(of_mean < 8.0 && of_slope < 16.0, "{of_mean} {of_slope}");
+    }
+
     /// White noise of the stated size in windows of four, five and six samples, as a slow sensor leaves them: nothing beyond what is
     /// stated, whatever lengths stand side by side. Of twenty logs none is told otherwise.
     #[test]
@@ -336,7 +436,9 @@ mod tests {
                 let w = line(&time, &series, 0..n, 1.0).unwrap();
                 (w.samples, w.scatter, w.lag)
             });
-            let [(rho, variance), _] = Seen(windows.collect()).steady().noise();
+            let seen = Seen(windows.collect()).steady();
+            assert_eq!(seen.beyond(), None);
+            let [(rho, variance), _] = seen.noise();
             assert_eq!(rho, 0.0);
             assert!((0.85..1.15).contains(&variance), "{variance}");
         }
