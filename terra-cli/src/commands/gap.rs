@@ -12,7 +12,7 @@ use crate::error::CliError;
 use crate::input::LogFile;
 use crate::output::{self, short};
 use crate::progress::Spinner;
-use crate::report;
+use crate::report::{self, magnitudes};
 
 /// Probability from which two causes are told of that one would do for.
 const UNSEEN_FROM: f64 = 0.005;
@@ -163,11 +163,10 @@ pub(crate) fn summary(d: &Diagnosis) -> String {
     }
     for p in d.places.iter().take(2) {
         out.push_str(&format!(
-            "where: {} at {} {} to {}: measured is {} {} {} the re-fitted model ({:.1} sigma)\n",
+            "where: {} at {} {}: measured is {} {} {} the re-fitted model ({:.1} sigma)\n",
             p.channel,
             p.factor,
-            short(p.from),
-            short(p.to),
+            range(p.from, p.to),
             short(p.bias.abs()),
             p.unit,
             if p.bias < 0.0 { "below" } else { "above" },
@@ -176,8 +175,11 @@ pub(crate) fn summary(d: &Diagnosis) -> String {
     }
     for c in d.causes.iter().filter(|c| !c.unseen_second).take(3) {
         out.push_str(&format!(
-            "cause: {} with probability {:.2} ({:+.1} nats over the re-fitted soil)\n",
-            c.name, c.probability, c.log_evidence_gain
+            "cause: {} with probability {:.2} ({:+.1} nats over the re-fitted soil){}\n",
+            c.name,
+            c.probability,
+            c.log_evidence_gain,
+            how_large(d, c)
         ));
     }
     for first in d
@@ -234,6 +236,32 @@ pub(crate) fn summary(d: &Diagnosis) -> String {
         ));
     }
     out
+}
+
+/// From where to where, or where.
+fn range(from: f64, to: f64) -> String {
+    match (short(from), short(to)) {
+        (from, to) if from == to => from,
+        (from, to) => format!("{from} to {to}"),
+    }
+}
+
+/// How large an answer of the set is, and by which formula where that is not the usual one.
+fn how_large(d: &Diagnosis, cause: &Cause) -> String {
+    let sizes = magnitudes(cause).join(", ").replace('\u{a0}', " ");
+    if sizes.is_empty() || !d.set.contains(&cause.name) {
+        return String::new();
+    }
+    let form = match cause.form.as_str() {
+        "default" => String::new(),
+        "free" => ", by a formula left free".to_owned(),
+        form => format!(", by the form {form}"),
+    };
+    let what = match cause.kind {
+        CauseKind::Effect => "magnitude ",
+        CauseKind::Combination | CauseKind::Structure => "",
+    };
+    format!(": {what}{sizes}{form}")
 }
 
 /// Second causes that may stand unseen beside one, with their probabilities.

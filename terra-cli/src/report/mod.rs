@@ -33,6 +33,7 @@ pub use bevameter::{BevameterView, bevameter_section};
 pub use block::Section;
 pub use estimate::{Channel, EstimateView, estimate_section};
 pub use force_slip::{ForceSlip, MeasuredForces, Value};
+pub(crate) use gap::magnitudes;
 pub use gap::{Curve, GapCurves, Panel, Point, Stresses, gap_section};
 pub use graph::{Graph, GraphAxis, GraphLook, GraphSeries};
 pub use identify::{GroupView, IdentifyView, ParameterPath, identify_section};

@@ -92,7 +92,7 @@ fn power(lambda: f64) -> String {
 }
 
 /// Magnitudes of a cause's effects with sd and unit, then by name what else shapes them; empty for a structure.
-fn magnitudes(cause: &Cause) -> Vec<String> {
+pub(crate) fn magnitudes(cause: &Cause) -> Vec<String> {
     let h = &cause.weighed.hypothesis;
     let effects = h.effects();
     let params = effects

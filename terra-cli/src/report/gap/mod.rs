@@ -17,6 +17,7 @@ use terra_model::{AnyEffect, Registry};
 
 use super::block::Section;
 
+pub(crate) use causes::magnitudes;
 pub use curves::{Curve, GapCurves, Panel, Point};
 pub use stress::Stresses;
 
