@@ -227,7 +227,7 @@ const SENSORS: [Sensor; 5] = [
 
 /// The log's own noise of a sensor, where it is beyond the stated: how much more its samples scatter, how they follow each other,
 /// and the factors on the variance of mean and slope.
-fn own(taken: &[Taken], sensor: &Sensor) -> Option<(f64, f64, [f64; 2])> {
+fn own(taken: &[Taken], sensor: &Sensor, counts: bool) -> Option<(f64, f64, [f64; 2])> {
     let of = |t: &Taken| {
         let all = sensor.series.clone().map(|k| (t.scatter[k], t.lag[k]));
         all.collect::<Vec<_>>()
@@ -237,17 +237,17 @@ fn own(taken: &[Taken], sensor: &Sensor) -> Option<(f64, f64, [f64; 2])> {
         .flat_map(of)
         .filter(|(square, (lag, n))| square.is_finite() && lag.is_finite() && *n > 3)
         .map(|(square, (lag, n))| (n, square, lag));
-    Seen(known.collect()).steady().beyond()
+    Seen(known.collect()).steady().beyond(counts)
 }
 
 impl Seen {
     /// What of them is beyond the stated noise: as [`own`].
-    fn beyond(&self) -> Option<(f64, f64, [f64; 2])> {
+    fn beyond(&self, counts: bool) -> Option<(f64, f64, [f64; 2])> {
         if self.0.len() < FEWEST {
             return None;
         }
         let n = median(self.0.iter().map(|w| w.0 as f64)) as usize;
-        if let Some(share) = self.by_differences(n) {
+        if counts && let Some(share) = self.by_differences(n) {
             let square = median(self.0.iter().map(|w| w.1));
             let (white, there) = (left(n, 0.0), left_by_differences(n));
             let variance =
@@ -272,7 +272,9 @@ impl Seen {
 /// Variance of a window's mean acceleration that the log's samples show beyond the stated noise \[m²/s⁴\].
 pub(super) fn beyond_of_acceleration(taken: &[Taken]) -> f64 {
     let mut all = SENSORS.iter();
-    let found = all.find(|s| s.means == ACCEL).and_then(|s| own(taken, s));
+    let found = all
+        .find(|s| s.means == ACCEL)
+        .and_then(|s| own(taken, s, false));
     let stated = taken
         .iter()
         .filter(|t| t.scatter[SCATTER_ACCEL].is_finite())
@@ -288,11 +290,12 @@ pub(super) fn beyond_of_acceleration(taken: &[Taken]) -> f64 {
 pub(super) fn raise(taken: &mut [Taken], rough: bool) -> Vec<String> {
     let mut notes = vec![];
     for sensor in SENSORS {
-        let sensors_own = |rho: f64| {
-            let counted = sensor.means == WHEEL && rho < -COUNTED;
-            rough || sensor.means == SPEED || counted
-        };
-        let found = own(taken, &sensor).filter(|(_, rho, _)| sensors_own(*rho));
+        // On stated roughness they are left to be as uncertain as white noise of their size, which hides small errors of other sensors
+        // too.
+        let counts = !rough && sensor.means == WHEEL;
+        let counted = |rho: f64| counts && rho < -COUNTED;
+        let found = own(taken, &sensor, counts)
+            .filter(|(_, rho, _)| rough || sensor.means == SPEED || counted(*rho));
         let Some((size, rho, factors)) = found else {
             continue;
         };
@@ -407,7 +410,7 @@ mod tests {
             })
             .collect();
         let seen = windows.iter().map(|w| (w.samples, w.scatter, w.lag));
-        let (size, rho, [mean, slope]) = Seen(seen.collect()).steady().beyond().unwrap();
+        let (size, rho, [mean, slope]) = Seen(seen.collect()).steady().beyond(true).unwrap();
         assert!(
             (size - 8.0).abs() < 0.5 && (rho + 0.49).abs() < 0.02,
             "{size} {rho}"
@@ -437,7 +440,7 @@ mod tests {
                 (w.samples, w.scatter, w.lag)
             });
             let seen = Seen(windows.collect()).steady();
-            assert_eq!(seen.beyond(), None);
+            assert_eq!(seen.beyond(true), None);
             let [(rho, variance), _] = seen.noise();
             assert_eq!(rho, 0.0);
             assert!((0.85..1.15).contains(&variance), "{variance}");
