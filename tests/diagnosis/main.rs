@@ -15,6 +15,7 @@ mod size;
 mod slip_noise;
 mod turning;
 mod upright;
+mod usual_form;
 mod vehicle;
 mod watch;
 mod way;

@@ -105,6 +105,16 @@ impl Seen {
         self
     }
 
+    /// The square of all of them, the product of neighbours over it, and the standard error of that.
+    fn lag(&self) -> (f64, f64, f64) {
+        let squares = |&(n, square, lag): &(usize, f64, f64)| (square * (n as f64 - 2.0), lag);
+        let all = self.0.iter().map(squares);
+        let square: f64 = all.clone().map(|(square, _)| square).sum();
+        let lag = all.clone().map(|(square, lag)| square * lag).sum::<f64>() / square;
+        let off = all.map(|(square, own)| (square * (own - lag)).powi(2));
+        (square, lag, off.sum::<f64>().sqrt() / square)
+    }
+
     /// The correlation of one sample with the next, where it is beyond chance, and the variance over the stated one; both once as they
     /// are likeliest and once as small as chance leaves them.
     fn noise(&self) -> [(f64, f64); 2] {
@@ -140,12 +150,7 @@ impl Seen {
             }
             0.5 * (low + high)
         };
-        let squares = |&(n, square, lag): &(usize, f64, f64)| (square * (n as f64 - 2.0), lag);
-        let all = self.0.iter().map(squares);
-        let square: f64 = all.clone().map(|(square, _)| square).sum();
-        let lag = all.clone().map(|(square, lag)| square * lag).sum::<f64>() / square;
-        let off = all.map(|(square, own)| (square * (own - lag)).powi(2));
-        let error = off.sum::<f64>().sqrt() / square;
+        let (square, lag, error) = self.lag();
         let freedoms: f64 = self.0.iter().map(|w| w.0 as f64 - 2.0).sum();
         let surely = at(lag - BEYOND * error);
         let likeliest = if surely > 0.0 { at(lag) } else { 0.0 };
@@ -161,17 +166,7 @@ impl Seen {
 impl Seen {
     /// The share of the square that is of differences, where it is beyond chance.
     fn by_differences(&self, n: usize) -> Option<f64> {
-        let squares = self.0.iter().map(|w| w.1 * (w.0 as f64 - 2.0));
-        let square: f64 = squares.clone().sum();
-        let lags = self.0.iter().map(|w| w.2);
-        let lag = squares
-            .clone()
-            .zip(lags.clone())
-            .map(|(s, l)| s * l)
-            .sum::<f64>()
-            / square;
-        let off = squares.zip(lags).map(|(s, l)| (s * (l - lag)).powi(2));
-        let error = off.sum::<f64>().sqrt() / square;
+        let (_, lag, error) = self.lag();
         let [white, differences] = [left(n, 0.0), left_by_differences(n)].map(|left| left.lag);
         let share = |lag: f64| ((white - lag) / (white - differences)).clamp(0.0, 1.0);
         (share(lag + BEYOND * error) > 0.0).then(|| share(lag))
@@ -226,7 +221,7 @@ const SENSORS: [Sensor; 5] = [
 ];
 
 /// The log's own noise of a sensor, where it is beyond the stated: how much more its samples scatter, how they follow each other,
-/// and the factors on the variance of mean and slope.
+/// and the factors on the variance of mean and slope. `counts`: they may be differences of counts.
 fn own(taken: &[Taken], sensor: &Sensor, counts: bool) -> Option<(f64, f64, [f64; 2])> {
     let of = |t: &Taken| {
         let all = sensor.series.clone().map(|k| (t.scatter[k], t.lag[k]));
