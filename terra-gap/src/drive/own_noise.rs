@@ -325,10 +325,31 @@ pub(super) fn raise(taken: &mut [Taken], rough: bool) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::drive::line;
+    use crate::drive::{Line, line};
     use chacha20::ChaCha8Rng;
     use chacha20::rand_core::SeedableRng;
     use rand_distr::{Distribution, StandardNormal};
+
+    /// Windows of twenty samples, each made of what is kept of the last one and normal numbers.
+    fn windows(seed: u64, sample: impl Fn(&mut f64, &mut dyn FnMut() -> f64) -> f64) -> Vec<Line> {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
+        let time: Vec<f64> = (0..20).map(|i| 0.01 * f64::from(i)).collect();
+        let window = |_| {
+            let mut last = normal();
+            let series = time.iter().map(|_| Some(sample(&mut last, &mut normal)));
+            line(&time, &series.collect(), 0..20, 1.0).unwrap()
+        };
+        (0..4000).map(window).collect()
+    }
+
+    /// By how much means and slopes of windows are off, over the variance that white noise of the stated size leaves them.
+    fn scatter(windows: &[Line]) -> [f64; 2] {
+        let of = |of: &dyn Fn(&Line) -> f64| {
+            windows.iter().map(|w| of(w).powi(2)).sum::<f64>() / windows.len() as f64
+        };
+        [of(&|w| w.mean / w.mean_sd), of(&|w| w.slope / w.slope_sd)]
+    }
 
     /// White noise around a line: n - 2 freedoms, whose neighbours have tr(MS) of the square, by hand for three samples: the
     /// residuals are (1, -2, 1)/6 of one number, so their lag is -4/6.
@@ -352,31 +373,16 @@ mod tests {
     #[test]
     fn what_is_found_is_what_means_and_slopes_scatter_by() {
         let (n, rho, size) = (20, 0.5, 1.5);
-        let mut rng = ChaCha8Rng::seed_from_u64(7);
-        let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
-        let time: Vec<f64> = (0..n).map(|i| 0.01 * f64::from(i)).collect();
-        let windows: Vec<_> = (0..4000)
-            .map(|_| {
-                let mut last = normal();
-                let series = (0..n)
-                    .map(|_| {
-                        let next = rho * last + (1.0f64 - rho * rho).sqrt() * normal();
-                        Some(size * std::mem::replace(&mut last, next))
-                    })
-                    .collect();
-                line(&time, &series, 0..n as usize, 1.0).unwrap()
-            })
-            .collect();
+        let windows = windows(7, |last, normal| {
+            let next = rho * *last + (1.0f64 - rho * rho).sqrt() * normal();
+            size * std::mem::replace(last, next)
+        });
         let seen = windows.iter().map(|w| (w.samples, w.scatter, w.lag));
         let [likeliest, surely] = Seen(seen.collect()).noise();
-        let (found, [mean, slope]) = (likeliest.0, factors(n as usize, likeliest));
+        let (found, [mean, slope]) = (likeliest.0, factors(n, likeliest));
         assert!((found - rho).abs() < 0.02, "{found}");
         assert!(surely.0 < found && surely.0 > found - 0.05, "{surely:?}");
-        let scatter = |of: &dyn Fn(&crate::drive::Line) -> f64| {
-            windows.iter().map(|w| of(w).powi(2)).sum::<f64>() / windows.len() as f64
-        };
-        let of_mean = scatter(&|w| w.mean / w.mean_sd);
-        let of_slope = scatter(&|w| w.slope / w.slope_sd);
+        let [of_mean, of_slope] = scatter(&windows);
         assert!((mean / of_mean - 1.0).abs() < 0.1, "{mean} {of_mean}");
         assert!((slope / of_slope - 1.0).abs() < 0.1, "{slope} {of_slope}");
         // White noise of the stated size would have them at 1: three to six times less.
@@ -387,34 +393,17 @@ mod tests {
     /// are off by as much as is found and far less than white noise of that size would leave them, slopes likewise.
     #[test]
     fn differences_of_counts_take_back_what_they_say() {
-        let n = 20;
-        let mut rng = ChaCha8Rng::seed_from_u64(5);
-        let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
-        let time: Vec<f64> = (0..n).map(|i| 0.01 * f64::from(i)).collect();
-        let windows: Vec<_> = (0..4000)
-            .map(|_| {
-                let mut last = normal();
-                let series = (0..n)
-                    .map(|_| {
-                        let next = normal();
-                        let step = (next - std::mem::replace(&mut last, next)) / 2f64.sqrt();
-                        Some(8.0 * step + normal())
-                    })
-                    .collect();
-                line(&time, &series, 0..n as usize, 1.0).unwrap()
-            })
-            .collect();
+        let windows = windows(5, |last, normal| {
+            let next = normal();
+            8.0 * (next - std::mem::replace(last, next)) / 2f64.sqrt() + normal()
+        });
         let seen = windows.iter().map(|w| (w.samples, w.scatter, w.lag));
         let (size, rho, [mean, slope]) = Seen(seen.collect()).steady().beyond(true).unwrap();
         assert!(
             (size - 8.0).abs() < 0.5 && (rho + 0.49).abs() < 0.02,
             "{size} {rho}"
         );
-        let scatter = |of: &dyn Fn(&crate::drive::Line) -> f64| {
-            windows.iter().map(|w| of(w).powi(2)).sum::<f64>() / windows.len() as f64
-        };
-        let of_mean = scatter(&|w| w.mean / w.mean_sd);
-        let of_slope = scatter(&|w| w.slope / w.slope_sd);
+        let [of_mean, of_slope] = scatter(&windows);
         assert!((mean / of_mean - 1.0).abs() < 0.3, "{mean} {of_mean}");
         assert!((slope / of_slope - 1.0).abs() < 0.3, "{slope} {of_slope}");
         assert!(of_mean < 8.0 && of_slope < 16.0, "{of_mean} {of_slope}");
