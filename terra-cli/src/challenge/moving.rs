@@ -1,8 +1,9 @@
 //! Draws that move: a log of a vehicle that hardly moves holds nothing that any method could tell.
 //!
 //! A window is .2 s; it moves when the mean speed of the vehicle and of each rim is above .12 m/s, which is where a
-//! diagnosis begins to use it at the designs' noise of the ground speed (.03 m/s). A draw is kept when at least [`needed`] windows move, on the drawn soil without any
-//! effect and in the log itself. That is asked of every kind of case alike, so that being kept tells nothing.
+//! diagnosis begins to use it at the designs' noise of the ground speed (.03 m/s). A draw is kept when at least
+//! [`needed`] windows move, on the drawn soil without any effect and in the log itself. That is asked of every kind of
+//! case alike, so that being kept tells nothing.
 
 use terra_data::{DriveLog, Series};
 

@@ -162,7 +162,7 @@ mod tests {
     }
 
     /// Means of many rounded samples, over true values anywhere in a digit: off by as much as is said of how they scatter, to a
-    /// tenth, from no noise to noise of half a digit.
+    /// tenth, from no noise to noise of a third of a digit.
     #[test]
     fn rounded_means_are_off_as_said() {
         let mut rng = ChaCha8Rng::seed_from_u64(2);
