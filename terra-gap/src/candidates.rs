@@ -150,6 +150,7 @@ fn reason_against(
         "drawbar-gain" | "drawbar-bias" if !has("drawbar_pull") => "no drawbar pull in the log",
         "sinkage-bias" if !has("sinkage") => "no sinkage in the log",
         "accel-bias" if !has("accel_x") => "no acceleration in the log",
+        "yaw-rate-bias" if !has("yaw") => "no yaw rate in the log",
         "grousers"
             if kind == LogKind::Rig
                 && data

@@ -329,7 +329,7 @@ impl DrivePredictor {
         tell(ACCEL, &sensor::report(law, p, Channel::AccelX, felt, zero));
         let quicker = stance.speed_gain.times(&(felt - stance.climbing.lifted()));
         tell(SPEED_RATE, &(quicker - stance.quicker.lifted()));
-        let turning = (S::one() / vehicle.yaw_inertia).times(&moment);
+        let turning = (stance.yaw_gain / vehicle.yaw_inertia).times(&moment);
         tell(YAW_ACCELERATION, &turning);
     }
 

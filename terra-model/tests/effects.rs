@@ -332,6 +332,7 @@ fn readings_by_hand() {
             0.35,
         ),
         ("accel-bias", 0.15, Channel::AccelX, 0.2, 0.0, 0.35),
+        ("yaw-rate-bias", 0.01, Channel::YawRate, 0.2, 0.0, 0.21),
         ("drawbar-gain", 0.05, Channel::DrawbarPull, 20.0, 0.0, 21.0),
         ("drawbar-bias", 2.0, Channel::DrawbarPull, 20.0, 0.0, 22.0),
         ("sinkage-bias", 0.002, Channel::Sinkage, 0.02, 0.0, 0.022),

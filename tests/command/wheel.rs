@@ -486,7 +486,7 @@ fn effects_that_change_no_force_of_one_wheel_are_refused() {
     let elsewhere = "multipass terrain-drift lateral-contrast lateral-bulldozing skid-steer-lateral-slip \
         drivetrain-coulomb-friction drivetrain-viscous-friction torque-scale torque-bias torque-droop track-width-error \
         cg-offset mass-error ground-speed-scale ground-speed-bias ground-speed-delay accel-bias slope tow-load aero-drag \
-        drawbar-gain drawbar-bias sinkage-bias";
+        drawbar-gain drawbar-bias sinkage-bias yaw-rate-bias";
     let elsewhere: Vec<&str> = elsewhere.split_whitespace().collect();
     let plain = terra(&at, line).ok().out;
     for effect in Registry::builtin().effects() {

@@ -4,6 +4,7 @@
 
 mod contrast;
 mod far;
+mod gyro;
 mod measured;
 mod own_noise;
 mod properties;

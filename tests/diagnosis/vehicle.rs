@@ -28,7 +28,7 @@ pub(crate) fn effect((name, magnitude): (&str, f64)) -> EffectSetting {
     }
 }
 
-/// The example of the book: eight manoeuvres, 34 candidate effects.
+/// The example of the book: eight manoeuvres, 35 candidate effects.
 #[test]
 fn a_torque_sensor_that_is_off_is_named() {
     let (rover, registry, scenario) = example();

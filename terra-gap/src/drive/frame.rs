@@ -1,4 +1,4 @@
-//! Windows as they stand under every law that leaves vehicle and ground speed as the log gives them: found once, eight side by side,
+//! Windows as they stand under every law that leaves vehicle, ground speed and yaw rate as the log gives them: found once, eight side by side,
 //! for all the evaluations of many fits.
 //!
 //! Readings are then sums over the coefficients of a force surface, with weights that no law changes.

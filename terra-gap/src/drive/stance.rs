@@ -21,6 +21,8 @@ pub(super) struct Stance<T> {
     /// What the logged rate of speed gains by that sensor's delay.
     pub(super) quicker: T,
     pub(super) yaw_rate: T,
+    /// Of the gyroscope.
+    pub(super) yaw_gain: T,
     pub(super) wheel: [T; 4],
     pub(super) wheel_rate: [T; 4],
     /// Gravity along the way.
@@ -82,6 +84,34 @@ impl<T: Scalar> GroundSpeed<T> {
     }
 }
 
+/// The yaw rate behind what the gyroscope says, and its gain.
+struct YawRate<T> {
+    rate: T,
+    gain: T,
+}
+
+impl<T: Scalar> YawRate<T> {
+    /// As it is logged.
+    fn logged(raw: &[T], offset: T) -> Self {
+        YawRate {
+            rate: raw[YAW_RATE] + raw[YAW_ACCELERATION] * offset,
+            gain: T::one(),
+        }
+    }
+
+    fn of(law: &Law, p: &[T], raw: &[T], offset: T) -> Self {
+        let logged = YawRate::logged(raw, offset);
+        let channel = Channel::YawRate;
+        if !law.acts_on(channel) {
+            return logged;
+        }
+        YawRate {
+            rate: sensor::truth(law, p, channel, logged.rate),
+            gain: sensor::gain(law, p, channel, logged.rate),
+        }
+    }
+}
+
 /// The vehicle as effects make it, on ground of this pitch.
 pub(super) fn altered<T: Scalar>(
     vehicle: &Vehicle<f64>,
@@ -99,7 +129,8 @@ pub(super) fn altered<T: Scalar>(
 
 /// Whether a law leaves the stance as vehicle and log give it.
 pub(super) fn is_left(law: &Law) -> bool {
-    !law.acts(Touch::Vehicle) && !law.acts_on(Channel::GroundSpeed)
+    let moved = [Channel::GroundSpeed, Channel::YawRate];
+    !law.acts(Touch::Vehicle) && !moved.into_iter().any(|channel| law.acts_on(channel))
 }
 
 impl<T: Scalar> Stance<T> {
@@ -116,7 +147,8 @@ impl<T: Scalar> Stance<T> {
     ) -> Self {
         let vehicle = altered(vehicle, law, p, given.pitch);
         let speed = GroundSpeed::of(law, p, given, raw, offset);
-        Stance::at(vehicle, speed, given, raw, offset)
+        let yaw = YawRate::of(law, p, raw, offset);
+        Stance::at(vehicle, speed, yaw, given, raw, offset)
     }
 
     /// The same under a law that [leaves it as it is](is_left).
@@ -124,12 +156,14 @@ impl<T: Scalar> Stance<T> {
         let mut vehicle = lift(vehicle, T::from);
         vehicle.pitch = given.pitch;
         let speed = GroundSpeed::logged(raw, offset);
-        Stance::at(vehicle, speed, given, raw, offset)
+        let yaw = YawRate::logged(raw, offset);
+        Stance::at(vehicle, speed, yaw, given, raw, offset)
     }
 
     fn at(
         mut vehicle: Vehicle<T>,
         speed: GroundSpeed<T>,
+        yaw: YawRate<T>,
         given: &Given<T>,
         raw: &[T],
         offset: T,
@@ -142,7 +176,7 @@ impl<T: Scalar> Stance<T> {
             gain: speed_gain,
             quicker,
         } = speed;
-        let yaw_rate = raw[YAW_RATE] + raw[YAW_ACCELERATION] * offset;
+        let yaw_rate = yaw.rate;
         let wheel: [T; 4] = std::array::from_fn(|q| raw[WHEEL + q] + raw[WHEEL_RATE + q] * offset);
 
         let (sin, cos) = vehicle.pitch.sin_cos();
@@ -163,6 +197,7 @@ impl<T: Scalar> Stance<T> {
             speed_gain,
             quicker,
             yaw_rate,
+            yaw_gain: yaw.gain,
             wheel,
             wheel_rate: std::array::from_fn(|q| raw[WHEEL_RATE + q]),
             climbing,

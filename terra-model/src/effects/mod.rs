@@ -37,6 +37,7 @@ mod tow_load;
 mod track_width_error;
 mod wheel_compliance;
 mod wheel_radius_error;
+mod yaw_rate_bias;
 
 pub use accel_bias::AccelBias;
 pub use aero_drag::AeroDrag;
@@ -72,6 +73,7 @@ pub use tow_load::TowLoad;
 pub use track_width_error::TrackWidthError;
 pub use wheel_compliance::WheelCompliance;
 pub use wheel_radius_error::WheelRadiusError;
+pub use yaw_rate_bias::YawRateBias;
 
 use crate::registry::Registry;
 
@@ -105,6 +107,7 @@ pub(crate) fn register(registry: Registry) -> Registry {
         .with_effect::<GroundSpeedBias>()
         .with_effect::<GroundSpeedDelay>()
         .with_effect::<AccelBias>()
+        .with_effect::<YawRateBias>()
         .with_effect::<Slope>()
         .with_effect::<TowLoad>()
         .with_effect::<AeroDrag>()

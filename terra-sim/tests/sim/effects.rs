@@ -92,6 +92,7 @@ fn instrument_effects_change_their_own_channel_alone() {
     assert_eq!(changed("ground-speed-bias", 0.05), ["ground speed"]);
     assert_eq!(changed("ground-speed-delay", 0.05), ["ground speed"]);
     assert_eq!(changed("accel-bias", 0.1), ["accel x"]);
+    assert_eq!(changed("yaw-rate-bias", 0.01), ["yaw rate"]);
 }
 
 /// T_true = (1 + e) T_rep; v_rep = (1 + e) v; without noise, to rounding.

@@ -1,0 +1,40 @@
+//! A gyroscope that is off where it should read zero, as every one is a little.
+
+use terra::data::{DriveLog, Rover};
+use terra::gap::{Settings, diagnose_drive};
+use terra::model::Registry;
+
+use crate::far::slowly;
+
+/// Slow manoeuvres by a gyroscope with this offset \[rad/s\].
+fn off_by(bias: f64) -> (DriveLog, Rover) {
+    let noise = [
+        ("wheel_speed_rad_s", 0.01),
+        ("wheel_torque_N_m", 0.1),
+        ("ground_speed_m_s", 0.006),
+        ("yaw_rate_rad_s", 0.002),
+        ("accel_x_m_s2", 0.02),
+    ];
+    slowly(Some(("yaw-rate-bias", bias)), noise)
+}
+
+/// It is named alone, and found as large as it is.
+fn is_named(log: &DriveLog, rover: &Rover, bias: f64) {
+    let d = diagnose_drive(log, rover, &Registry::builtin(), &Settings::of(rover)).unwrap();
+    assert_eq!(d.set, ["yaw-rate-bias"], "{}", d.verdict);
+    let first = &d.causes[0];
+    let (h, fit) = (&first.weighed.hypothesis, &first.weighed.plain);
+    let found = h.parameters(fit.x.as_slice()).last().copied().unwrap();
+    let k = h.len() - 1;
+    let sd = first.weighed.posterior.covariance[(k, k)].sqrt();
+    assert!((found - bias).abs() < 4.0 * sd, "{found} ± {sd}");
+}
+
+/// To the wheels it looks like other soil on one side than on the other.
+#[test]
+fn an_offset_of_the_gyroscope_is_told_from_soil_that_differs_between_sides() {
+    for bias in [0.02, -0.01] {
+        let (log, rover) = off_by(bias);
+        is_named(&log, &rover, bias);
+    }
+}
