@@ -677,6 +677,10 @@ pub(crate) struct GapArgs {
     /// The simulator was given the soil of LOG: other soil is no answer.
     #[arg(long, requires = "sim")]
     pub(crate) same_bed: bool,
+    /// Diagnose a drive without torques by its motion alone, even where its accelerations tell of forces: on ground that no
+    /// terrain model describes.
+    #[arg(long)]
+    pub(crate) motion_only: bool,
     /// Which groups are held out to measure how far the gap shrinks.
     #[arg(long, value_enum)]
     pub(crate) hold_out: Option<HoldOutArg>,
@@ -697,7 +701,7 @@ pub(crate) struct GapArgs {
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
     /// Watch one long drive instead: learn the soil from its beginning, then say when and where a gap opens.
-    #[arg(long, conflicts_with_all = ["sim", "same_bed", "hold_out", "calibrate", "combine", "soil", "seed", "windows", "html", "figures"])]
+    #[arg(long, conflicts_with_all = ["sim", "same_bed", "motion_only", "hold_out", "calibrate", "combine", "soil", "seed", "windows", "html", "figures"])]
     pub(crate) watch: bool,
     /// What the watch learns the soil from: so many seconds from the log's beginning, or a manoeuvre by its name.
     #[arg(

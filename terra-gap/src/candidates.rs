@@ -122,7 +122,10 @@ fn reason_against(
     kind: LogKind,
     before: Option<&Ranges>,
 ) -> Option<String> {
-    let has = |stem: &str| data.channels.iter().any(|c| c.name.starts_with(stem));
+    let has = |stem: &str| {
+        let mut read = data.observations.iter().flat_map(|o| &o.channels);
+        read.any(|&c| data.channels[c].name.starts_with(stem))
+    };
     match (effect.scope(), kind) {
         (Scope::Drive, LogKind::Rig) => return Some("shows only on a vehicle".to_owned()),
         (Scope::Rig, LogKind::Drive | LogKind::Kinematic) => {

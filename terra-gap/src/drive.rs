@@ -31,7 +31,7 @@ mod surface;
 mod way;
 mod window;
 
-pub(crate) use cells::{Line, declared, line};
+pub(crate) use cells::{Line, cells, declared, line};
 pub use read::DriveWindows;
 pub(crate) use read::{all_windows, from_log, from_logs};
 pub(crate) use stream::{Slot, Stream};

@@ -47,6 +47,9 @@ const FEWEST: usize = 8;
 /// Yaw rates over their noise, averaged over a window, from which a log holds turns.
 const TURNING: f64 = 5.0;
 
+/// What to heed.
+const BY_MOTION: &str = "no torques: a diagnosis by motion alone, in which [terrain] is not used and the ground is one re-fitted slip; with accel_x_m_s2 and a soil to start from forces are told too";
+
 /// Diagnoses a drive log by its motion alone.
 ///
 /// # Errors
@@ -103,6 +106,7 @@ pub(crate) fn diagnose_logs(
         Some(reason) => Diagnosis::unidentifiable(data, &setup, Candidates::default(), reason),
         None => diagnose(data, &predictor, &setup, &settings)?,
     };
+    found.heed.push(BY_MOTION.to_owned());
     found.not_asked.extend(silent);
     found.logs = logs.joined();
     isolate(&mut found, registry);

@@ -38,7 +38,9 @@ pub(crate) fn places(data: &DataSet, fit: &Fit, raw_residual: &[f64]) -> Vec<Pla
     let mut found = vec![];
     let mut looked = 0usize;
     for (c, channel) in data.channels.iter().enumerate() {
-        for factor in ["slip", "load", "speed", "pass", "path", "yaw_rate"] {
+        for factor in [
+            "slip", "load", "speed", "pass", "path", "yaw_rate", "turning",
+        ] {
             let mut points: Vec<(f64, usize)> = stacked
                 .iter()
                 .enumerate()

@@ -47,7 +47,9 @@ pub fn diagnose_rigs(
     rig_logs(&logs, None, rover, registry, settings)
 }
 
-/// Diagnoses a drive log; one without torques by its motion alone ([`diagnose_kinematic`](crate::diagnose_kinematic)).
+/// Diagnoses a drive log. Without torques the ground's forces are known by the accelerations that they cause, where the log holds
+/// `accel_x_m_s2` and the rover file names its soil; otherwise it is diagnosed by its motion alone
+/// ([`diagnose_kinematic`](crate::diagnose_kinematic)).
 ///
 /// # Errors
 /// A configuration that makes no sense, or a used channel without noise level.
@@ -62,7 +64,7 @@ pub fn diagnose_drive(
 
 /// Diagnoses several logs of one vehicle as one: manoeuvres are prefixed with the log's name, time, path and ruts start anew
 /// with each, a channel that one lacks is missing there only, and the soil is one for all or one a log ([`Settings::soil`]).
-/// The order of the logs does not matter. Without torques in any of them it is a diagnosis of motion alone.
+/// The order of the logs does not matter. Without torques in any of them it is as with [one](diagnose_drive).
 ///
 /// # Errors
 /// As [`diagnose_drive`]; two logs of one name.
@@ -142,10 +144,10 @@ pub fn diagnose_drives_against(
 }
 
 /// Diagnoses drive logs of any length by the windows kept of each, alone or against an outside simulator's, which comes
-/// with whether it was given this very soil. At least one must hold torques.
+/// with whether it was given this very soil. At least one must [tell of forces](DriveWindows::tell_of_forces).
 ///
 /// # Errors
-/// As [`diagnose_drives`] and [`diagnose_drive_against`]; no log with torques.
+/// As [`diagnose_drives`] and [`diagnose_drive_against`].
 pub fn diagnose_windows(
     logs: &[Named<'_, DriveWindows>],
     sim: Option<(&DriveWindows, bool)>,
@@ -189,7 +191,7 @@ fn contradictions(prefix: &str, warnings: &[String]) -> Option<String> {
     Some(format!("{prefix}{first}{more}"))
 }
 
-/// A drive in memory: its windows where some log has torques, else its motion alone.
+/// A drive in memory: its windows where some log tells of forces, else its motion alone.
 fn drive_logs(
     logs: &Logs<'_, DriveLog>,
     sim: Option<(&DriveLog, bool)>,
@@ -197,7 +199,8 @@ fn drive_logs(
     registry: &Registry,
     settings: &Settings,
 ) -> Result<Diagnosis, GapError> {
-    let forces = logs.iter().any(|(_, log)| log.wheel_torque.is_some());
+    let tells = |log: &DriveLog| DriveWindows::tell_of_forces(log, rover, settings);
+    let forces = logs.iter().any(|(_, log)| tells(log));
     if !forces && sim.is_none() {
         return diagnose_logs(logs, rover, registry, settings);
     }
@@ -214,6 +217,9 @@ fn drive_logs(
     drive_windows(&logs.replaced_by(&windows), sim, rover, registry, settings)
 }
 
+/// What to heed where no log holds torques.
+const BY_ACCELERATIONS: &str = "no torques: the ground's forces are known by the accelerations that they cause, and what shows in torques alone is not asked";
+
 fn drive_windows(
     logs: &Logs<'_, DriveWindows>,
     sim: Option<(&DriveWindows, bool)>,
@@ -221,13 +227,13 @@ fn drive_windows(
     registry: &Registry,
     settings: &Settings,
 ) -> Result<Diagnosis, GapError> {
-    let forces = logs.iter().any(|(_, log)| log.has_torques());
+    let torques = logs.iter().any(|(_, log)| log.has_torques());
     let neither = "no wheel torques: a simulator can be compared only where both logs hold them";
     if let Some((sim, _)) = sim {
         if !sim.has_torques() {
             return Err(GapError::Simulator(neither.to_owned()));
         }
-        if !forces {
+        if !torques {
             return Err(GapError::Log(neither.to_owned()));
         }
     }
@@ -253,6 +259,9 @@ fn drive_windows(
         diagnosis.heed.extend(log.held(name));
         diagnosis.heed.extend(log.widened(name));
         diagnosis.heed.extend(log.rounded(name));
+    }
+    if !torques {
+        diagnosis.heed.push(BY_ACCELERATIONS.to_owned());
     }
     diagnosis.logs = logs.joined();
     Ok(diagnosis)

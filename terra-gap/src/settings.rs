@@ -9,7 +9,7 @@ use crate::holdout::HoldOut;
 pub enum LogKind {
     /// A vehicle.
     Drive,
-    /// A vehicle whose log has no torques: its motion alone.
+    /// A vehicle whose log tells of no forces: its motion alone.
     Kinematic,
     /// One wheel on a testbed.
     Rig,
@@ -33,6 +33,9 @@ pub struct Settings {
     /// Most windows of a drive that are used; where there are more, every kind of motion stays and frequent ones are
     /// thinned. The frozen calibrations were made on some two hundred.
     pub windows: usize,
+    /// Whether a drive without torques is diagnosed by its motion alone even where its accelerations tell of forces: on ground that
+    /// no terrain model describes.
+    pub motion_only: bool,
     /// Window, slip range, priors.
     pub gap: GapSettings,
 }
@@ -51,6 +54,7 @@ impl Settings {
             seed: 0,
             soil: SoilSharing::Shared,
             windows: Self::WINDOWS,
+            motion_only: false,
             gap: rover.gap,
         }
     }

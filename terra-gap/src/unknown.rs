@@ -6,7 +6,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::dataset::DataSet;
+use crate::dataset::{DataSet, Observation};
 use crate::evidence::log_sum_exp;
 use crate::fit::Fit;
 use crate::noise::{DISCREPANCY_LENGTH, Whitener};
@@ -14,14 +14,14 @@ use crate::noise::{DISCREPANCY_LENGTH, Whitener};
 /// Factors, beside slip, along which a discrepancy may vary linearly.
 const LINEAR: [&str; 4] = ["load", "speed", "path", "pass"];
 
+/// Along what a discrepancy is smooth: slip, or where that is no input, as in a log without forces, how sharply the wheels turn.
+const SMOOTH: [&str; 2] = ["slip", "turning"];
+
 /// Smooth discrepancy features of every channel, in units of its scale, not whitened.
 pub(crate) fn features(data: &DataSet) -> DMatrix<f64> {
-    let slips: Vec<f64> = data
-        .observations
-        .iter()
-        .filter_map(|o| o.factors.get("slip").copied())
-        .collect();
-    let (low, high) = range(&slips);
+    let along = |o: &Observation| SMOOTH.iter().find_map(|name| o.factors.get(name).copied());
+    let smooth: Vec<f64> = data.observations.iter().filter_map(along).collect();
+    let (low, high) = range(&smooth);
     let centres: Vec<f64> = if high - low < 1e-6 {
         vec![low]
     } else {
@@ -53,12 +53,13 @@ pub(crate) fn features(data: &DataSet) -> DMatrix<f64> {
         if column / each != channel {
             return 0.0;
         }
-        let f = &data.observations[i].factors;
+        let observation = &data.observations[i];
+        let f = &observation.factors;
         let scale = data.channels[channel].scale;
         let k = column % each;
         match centres.get(k) {
             Some(c) => {
-                let d = (f.get("slip").copied().unwrap_or(*c) - c) / DISCREPANCY_LENGTH;
+                let d = (along(observation).unwrap_or(*c) - c) / DISCREPANCY_LENGTH;
                 // Half the centres overlap any point: sqrt(1/2) keeps the prior variance near scale².
                 scale * (-d * d).exp() * std::f64::consts::FRAC_1_SQRT_2
             }

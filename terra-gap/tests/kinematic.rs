@@ -1,6 +1,7 @@
 //! Kinematic diagnoses: of motions made here from the kinematics of the literature, and of a measured skid-steered vehicle.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
+use std::cell::Cell;
 use std::io::Write;
 use std::path::Path;
 
@@ -73,6 +74,39 @@ fn a_slipping_differential_drive_lacks_nothing() {
     assert_eq!(d.verdict, "none", "{:?} {:?}", d.set, d.reason);
     let (h, fit) = d.null.as_ref().unwrap();
     assert!((h.soil.physical(fit.x.as_slice())[0] - 0.05).abs() < 0.02);
+}
+
+/// Ground that gives way by other shares from window to window: a scatter between windows of the same wheel speeds is no gap, although
+/// the slip that a window shows tells its own speed.
+#[test]
+fn ground_that_varies_from_place_to_place_is_no_gap() {
+    let window = Cell::new(0.0_f64);
+    let d = ask(&drive(&manoeuvres(), |l, r| {
+        window.set(window.get() + 1.0);
+        let share = 0.9 - 0.08 * (2.399_963 * window.get()).sin();
+        [0.5 * share * (l + r), share * (r - l) / 0.55, 0.0]
+    }));
+    assert_eq!(d.verdict, "none", "{:?} {:?}", d.set, d.reason);
+}
+
+/// Up and down slopes that the log tells of: wheels slip by what they push with, .6 of the slope here, and nothing is missing.
+#[test]
+fn slopes_that_the_log_tells_of_are_no_gap() {
+    let slopes = [0.15, -0.1, 0.0];
+    let window = Cell::new(0);
+    let mut log = drive(&manoeuvres(), |l, r| {
+        let slope: f64 = slopes[window.replace(window.get() + 1) % slopes.len()];
+        // In reverse the slope pushes the other way.
+        let share = 0.95 - 0.6 * slope.sin() * (l + r).signum();
+        [0.5 * share * (l + r), share * (r - l) / 0.55, 0.0]
+    });
+    let pitch = (0..log.time.len()).map(|row| Some(slopes[row / 10 % slopes.len()]));
+    log.pitch = Some(pitch.collect());
+    let d = ask(&log);
+    assert_eq!(d.verdict, "none", "{:?} {:?}", d.set, d.reason);
+    let (h, fit) = d.null.as_ref().unwrap();
+    let soil = h.soil.physical(fit.x.as_slice());
+    assert!((soil[1] - 0.6).abs() < 0.1, "{soil:?}");
 }
 
 /// The kinematics of Mandow et al. with χ = 2: named, with its size, and its look-alike said.

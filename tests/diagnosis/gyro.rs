@@ -5,6 +5,7 @@ use terra::gap::{Settings, diagnose_drive};
 use terra::model::Registry;
 
 use crate::far::slowly;
+use crate::magnitude;
 
 /// Slow manoeuvres by a gyroscope with this offset \[rad/s\].
 fn off_by(bias: f64) -> (DriveLog, Rover) {
@@ -22,11 +23,7 @@ fn off_by(bias: f64) -> (DriveLog, Rover) {
 fn is_named(log: &DriveLog, rover: &Rover, bias: f64) {
     let d = diagnose_drive(log, rover, &Registry::builtin(), &Settings::of(rover)).unwrap();
     assert_eq!(d.set, ["yaw-rate-bias"], "{}", d.verdict);
-    let first = &d.causes[0];
-    let (h, fit) = (&first.weighed.hypothesis, &first.weighed.plain);
-    let found = h.parameters(fit.x.as_slice()).last().copied().unwrap();
-    let k = h.len() - 1;
-    let sd = first.weighed.posterior.covariance[(k, k)].sqrt();
+    let (found, sd) = magnitude(&d);
     assert!((found - bias).abs() < 4.0 * sd, "{found} ± {sd}");
 }
 

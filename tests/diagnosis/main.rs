@@ -6,6 +6,7 @@ mod contrast;
 mod far;
 mod gyro;
 mod measured;
+mod no_torques;
 mod own_noise;
 mod properties;
 mod rig;
@@ -54,6 +55,17 @@ fn rig_reading_slip(slip: f64, noise: &str) -> Rover {
         "#
     );
     parse_rover(&text, "rig.toml").unwrap()
+}
+
+/// The last magnitude of the first cause, as plainly fitted, and its sd.
+fn magnitude(d: &Diagnosis) -> (f64, f64) {
+    let first = &d.causes[0].weighed;
+    let last = |x: &[f64]| first.hypothesis.parameters(x).last().copied().unwrap();
+    let mut x = first.plain.x.as_slice().to_vec();
+    let found = last(&x);
+    let k = x.len() - 1;
+    x[k] += first.posterior.covariance[(k, k)].sqrt();
+    (found, (last(&x) - found).abs())
 }
 
 /// Probability of one answer, 0 when it is not among the causes.

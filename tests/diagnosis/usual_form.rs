@@ -4,6 +4,7 @@ use terra::gap::{Settings, diagnose_drive};
 use terra::model::Registry;
 
 use crate::far::slowly;
+use crate::magnitude;
 
 /// Soil piled up ahead of the wheel by the usual formula, which by bearing-capacity factors is a fourth as much and as good: it is told
 /// by the usual one, and its magnitude is what was put in.
@@ -26,9 +27,6 @@ fn a_cause_is_told_in_its_usual_form() {
         d.verdict,
         d.set
     );
-    let (h, fit) = (&first.weighed.hypothesis, &first.weighed.plain);
-    let found = h.parameters(fit.x.as_slice()).last().copied().unwrap();
-    let k = h.len() - 1;
-    let sd = first.weighed.posterior.covariance[(k, k)].sqrt();
+    let (found, sd) = magnitude(&d);
     assert!((found - 2.0).abs() < 4.0 * sd, "{found} ± {sd}");
 }

@@ -33,6 +33,7 @@ pub(crate) fn run(args: &GapArgs, quiet: bool) -> Result<(), CliError> {
         settings.seed = args.seed;
         settings.windows = args.windows as usize;
         settings.effects = args.effects();
+        settings.motion_only = args.motion_only;
         settings.hold_out = hold_out(args.hold_out, kind)?;
         settings.soil = match args.soil {
             SoilArg::Shared => SoilSharing::Shared,

@@ -15,6 +15,7 @@ use super::window::{BENT, Sensors, Taken, bends, channels, short_scatter, usual}
 use crate::dataset::DataSet;
 use crate::error::GapError;
 use crate::logs::Logs;
+use crate::settings::Settings;
 
 /// What a diagnosis keeps of one drive log: windows of motion, however long the log.
 ///
@@ -27,6 +28,7 @@ pub struct DriveWindows {
     choice: Choice,
     rows: usize,
     torques: bool,
+    accelerations: bool,
     ground_speed: bool,
     /// How long windows are usually, until the log's beginning shows whether it reads its ground speed often enough for that.
     usual: Option<f64>,
@@ -48,6 +50,7 @@ impl DriveWindows {
             choice: Choice::new(most, track),
             rows: 0,
             torques: false,
+            accelerations: false,
             ground_speed: false,
             usual: (!rover.gap.window_given).then_some(rover.gap.window),
             wider: false,
@@ -80,10 +83,18 @@ impl DriveWindows {
         Ok(windows)
     }
 
-    /// Whether the log holds wheel torques. Without them it tells of motion alone
-    /// ([`diagnose_kinematic`](crate::diagnose_kinematic)), and these windows are of no use.
+    /// Whether the log holds wheel torques.
     pub fn has_torques(&self) -> bool {
         self.torques
+    }
+
+    /// Whether a log that begins like this tells of forces: by wheel torques, or by the accelerations that forces cause, where the
+    /// rover file has their noise and names the soil, of which nothing can be said first. Otherwise it tells of motion alone
+    /// ([`diagnose_kinematic`](crate::diagnose_kinematic)).
+    pub fn tell_of_forces(log: &DriveLog, rover: &Rover, settings: &Settings) -> bool {
+        let noise = rover.noise.get("accel_x_m_s2");
+        let felt = log.accel_x.is_some() && noise.is_some() && rover.terrain.start.is_some();
+        log.wheel_torque.is_some() || felt && !settings.motion_only
     }
 
     /// What to heed where the ground speed is held between readings.
@@ -131,6 +142,7 @@ impl DriveWindows {
     fn take(&mut self, piece: &DriveLog, last: bool) -> Result<(), GapError> {
         self.rows += piece.len();
         self.torques |= piece.wheel_torque.is_some();
+        self.accelerations |= piece.accel_x.is_some();
         self.ground_speed |= piece.ground_speed.is_some();
         if !self.ground_speed {
             return Ok(());
@@ -206,8 +218,8 @@ fn joined(
     most: usize,
 ) -> Result<(DataSet, DrivePredictor, Vec<bool>), GapError> {
     let vehicle = DriveWindows::new(rover, most)?.stream.reader.vehicle;
-    let torques = logs.iter().any(|(_, log)| log.torques);
-    let useful = torques && logs.iter().any(|(_, log)| log.ground_speed);
+    let forces = logs.iter().any(|(_, log)| log.torques || log.accelerations);
+    let useful = forces && logs.iter().any(|(_, log)| log.ground_speed);
     let mut dropped: BTreeMap<String, usize> = BTreeMap::new();
     let mut leave_out = |reason: &str, n: usize| {
         if n > 0 {
@@ -219,8 +231,7 @@ fn joined(
     let mut choice = Choice::new(most, vehicle.track);
     for (number, (prefix, log)) in logs.iter().enumerate() {
         if !useful || !log.ground_speed {
-            let reason =
-                "no ground speed, or neither wheel torques nor motor currents with [drivetrain]";
+            let reason = "no ground speed, or neither wheel torques, motor currents with [drivetrain] nor accelerations";
             leave_out(reason, log.rows);
             continue;
         }

@@ -32,6 +32,8 @@ pub(crate) struct Window {
     pub(crate) raw: [f64; RAW],
     /// Which of the three values were measured.
     pub(crate) measured: Vec<usize>,
+    /// Nose up \[rad\].
+    pub(crate) pitch: f64,
     pub(crate) path: f64,
     pub(crate) time: f64,
     /// Number of its log.
@@ -83,11 +85,12 @@ impl KinematicPredictor {
     }
 
     /// Slip of every wheel under nominal ground: more where the wheels push the vehicle on, less where they hold it back.
-    fn slip<T: Scalar>(&self, law: &Law, p: &[T], raw: &[T]) -> T {
+    fn slip<T: Scalar>(&self, law: &Law, p: &[T], window: &Window, raw: &[T]) -> T {
         let (ground, _) = law.parts(p);
         let of = |k: usize| ground.get(k).copied().unwrap_or_else(T::zero);
         let sum = |from: usize| raw[from] + raw[from + 1] + raw[from + 2] + raw[from + 3];
         let pushed = sum(WHEEL_RATE) * (0.25 * self.vehicle.wheel_radius / GRAVITY);
+        let pushed = pushed + window.pitch.sin();
         let zero = T::zero();
         of(0) + of(1) * sum(WHEEL).select_lt(zero, -pushed, pushed)
     }
@@ -132,7 +135,7 @@ impl Predict for KinematicPredictor {
     ) -> Result<Vec<T>, GapError> {
         let window = &self.windows[index];
         let p = &*of_log(law, p, self.soils, window.log);
-        let slip = self.slip(law, p, raw);
+        let slip = self.slip(law, p, window, raw);
         let [speed, yaw, lateral] = self.motion(law, p, window, slip, &raw[WHEEL..WHEEL_RATE]);
         let [rate, ..] = self.motion(law, p, window, slip, &raw[WHEEL_RATE..RAW]);
         let predicted = [

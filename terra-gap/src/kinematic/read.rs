@@ -2,17 +2,15 @@
 
 use std::collections::BTreeMap;
 
-use terra_data::{DriveLog, Rover, Series};
-use terra_model::library_slip;
-
 use super::predict::{
     KinematicPredictor, LATERAL, RAW, SPEED, VALUES, WHEEL, WHEEL_RATE, Window, YAW_RATE,
 };
 use super::scatter::{Place, pairs, scatter};
 use crate::dataset::{ChannelInfo, DataSet, Factors, Observation};
-use crate::drive::{Line, SPEED_GATE, declared, line};
+use crate::drive::{Line, SPEED_GATE, cells, declared, line};
 use crate::error::GapError;
 use crate::logs::Logs;
+use terra_data::{DriveLog, Rover, Series};
 
 /// How the reason of a standing window begins.
 pub(crate) const STANDSTILL: &str = "standstill";
@@ -104,23 +102,24 @@ pub(crate) fn from_logs(
                         continue;
                     }
                 };
+                let pitch = log.pitch.as_ref();
+                let pitch = match cells(pitch, rows.clone(), "window without pitch_rad") {
+                    Ok(pitch) => pitch.unwrap_or(0.0),
+                    Err(reason) => {
+                        drop(reason);
+                        continue;
+                    }
+                };
                 let ideal = (sides[1] - sides[0]) / vehicle.track;
                 let yaw = if measured.contains(&YAW_RATE) {
                     raw[YAW_RATE]
                 } else {
                     ideal
                 };
-                let slip = (0..4)
-                    .map(|q| {
-                        let arm = if q % 2 == 0 { -0.5 } else { 0.5 } * vehicle.track;
-                        library_slip(rims[q], raw[SPEED] + yaw * arm)
-                    })
-                    .filter(|s| s.is_finite())
-                    .sum::<f64>()
-                    / 4.0;
                 let window = Window {
                     raw,
                     measured: measured.clone(),
+                    pitch,
                     path: along,
                     time: log.time[middle],
                     log: number,
@@ -136,7 +135,10 @@ pub(crate) fn from_logs(
                     shift: vec![],
                     carried: vec![],
                     factors: Factors::from([
-                        ("slip", slip),
+                        (
+                            "turning",
+                            (sides[1] - sides[0]) / (sides[0].abs() + sides[1].abs()),
+                        ),
                         ("speed", 0.5 * (sides[0] + sides[1])),
                         ("path", window.path),
                         ("time", window.time),
@@ -148,6 +150,7 @@ pub(crate) fn from_logs(
                 let ground = if logs.soils() > 1 { number } else { 0 };
                 places.push(Place {
                     sides,
+                    pitch,
                     group,
                     ground,
                 });
@@ -159,10 +162,7 @@ pub(crate) fn from_logs(
         channels: channels(&places, vehicle.track),
         observations,
         dropped,
-        notes: vec![
-            "no torques: a kinematic diagnosis, in which [terrain] is not used and the ground is one re-fitted slip"
-                .to_owned(),
-        ],
+        notes: vec![],
         short_scatter: vec![],
     };
     add_scatter(&mut data, &windows, &places);

@@ -12,6 +12,8 @@
 pub(crate) struct Place {
     /// Rim speeds left and right \[m/s\].
     pub(crate) sides: [f64; 2],
+    /// Nose up \[rad\].
+    pub(crate) pitch: f64,
     /// Number of its segment.
     pub(crate) group: usize,
     /// Number of its ground.
@@ -20,6 +22,8 @@ pub(crate) struct Place {
 
 /// Pairs farther apart than this share of the typical side speed do not count as repeats.
 const NEAR: f64 = 0.1;
+/// Nor on slopes that differ by more than this \[rad\].
+const LEVEL: f64 = 0.02;
 /// Fewest pairs to estimate a scatter from.
 const FEWEST: usize = 8;
 /// Windows beyond which only every n-th is paired: pairing is quadratic.
@@ -42,7 +46,10 @@ pub(crate) fn pairs(places: &[Place]) -> Vec<(usize, usize)> {
     for (k, &i) in chosen.iter().enumerate() {
         for &j in &chosen[k + 1..] {
             let (a, b) = (&places[i], &places[j]);
-            if (a.group == b.group && j - i < APART) || a.ground != b.ground {
+            if (a.group == b.group && j - i < APART)
+                || a.ground != b.ground
+                || (a.pitch - b.pitch).abs() > LEVEL
+            {
                 continue;
             }
             let d = (a.sides[0] - b.sides[0]).hypot(a.sides[1] - b.sides[1]);
@@ -87,6 +94,7 @@ mod tests {
         let places: Vec<Place> = (0..20)
             .map(|i| Place {
                 sides: [(i % 10) as f64, 0.5 * (i % 10) as f64],
+                pitch: 0.0,
                 group: i / 10,
                 ground: 0,
             })
@@ -105,6 +113,7 @@ mod tests {
     fn neighbours_in_time_are_no_repeats() {
         let same = |group| Place {
             sides: [1.0, 1.0],
+            pitch: 0.0,
             group,
             ground: 0,
         };
