@@ -10,7 +10,7 @@ use crate::hypothesis::Hypothesis;
 use crate::latent::{recentre, scanned};
 use crate::noise::NoiseModel;
 use crate::null::{FAR, WORSE};
-use crate::predictor::{AnyPredictor, Predictor};
+use crate::predictor::{AnyPredictor, Predictor, RawSlopes};
 use crate::roughness;
 use crate::round::EXPLAINED;
 use crate::settings::LogKind;
@@ -183,6 +183,30 @@ impl Nominal<'_, '_> {
         fit.chi2() > FAR * data.len() as f64
     }
 
+    /// A fit from a place, with the inputs where they were moved to, and the noise by the slopes there.
+    ///
+    /// # Errors
+    /// Where the model has no answer.
+    fn there(
+        &self,
+        data: &mut DataSet,
+        moved: AnyPredictor,
+        slopes: Option<&[RawSlopes]>,
+        at: &[f64],
+    ) -> Result<Centred, GapError> {
+        let own = match slopes {
+            Some(slopes) => NoiseModel::through(data, slopes),
+            None => NoiseModel::propagate(data, &*moved, self.null, at)?,
+        };
+        let noise = self.with_roughness(data, &*moved, own, at)?;
+        let start = [at.to_vec()];
+        Ok(Centred {
+            fitted: self.fit(data, &*moved, &noise, &start)?,
+            noise,
+            predictor: moved,
+        })
+    }
+
     /// Rounds from an end, or from where no fit was led to, with the inputs where they are `now`; whether they came to stand still.
     fn rounds(
         &self,
@@ -214,15 +238,14 @@ impl Nominal<'_, '_> {
                 Err(GapError::Model(_)) => break,
                 Err(e) => return Err(e),
             };
-            let own = match &slopes {
-                Some(slopes) => NoiseModel::through(data, slopes),
-                None => NoiseModel::propagate(data, &*moved, null, &at)?,
-            };
-            let own = self.with_roughness(data, &*moved, own, &at)?;
-            let next = Centred {
-                fitted: self.fit(data, &*moved, &own, std::slice::from_ref(&at))?,
-                noise: own,
-                predictor: moved,
+            let next = match self.there(data, moved, slopes.as_deref(), &at) {
+                Ok(next) => next,
+                Err(GapError::Model(_)) => {
+                    // What was moved before and now is not may have no answer where it was read.
+                    *data = where_they_were;
+                    break;
+                }
+                Err(e) => return Err(e),
             };
             if let Some(before) = &fitted
                 && next.loses_to(before, &noise, data)? > WORSE
