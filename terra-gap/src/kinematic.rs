@@ -48,7 +48,7 @@ const FEWEST: usize = 8;
 const TURNING: f64 = 5.0;
 
 /// What to heed.
-const BY_MOTION: &str = "no torques: a diagnosis by motion alone, in which [terrain] is not used and the ground is one re-fitted slip; with accel_x_m_s2 and a soil to start from forces are told too";
+const BY_MOTION: &str = "no torques: a diagnosis by motion alone, in which [terrain] is not used and the ground is one re-fitted slip";
 
 /// Diagnoses a drive log by its motion alone.
 ///

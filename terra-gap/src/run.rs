@@ -48,8 +48,8 @@ pub fn diagnose_rigs(
 }
 
 /// Diagnoses a drive log. Without torques the ground's forces are known by the accelerations that they cause, where the log holds
-/// `accel_x_m_s2` and the rover file names its soil; otherwise it is diagnosed by its motion alone
-/// ([`diagnose_kinematic`](crate::diagnose_kinematic)).
+/// `accel_x_m_s2` and the rover file names its soil. Where that is not so, or what forces leave unknown the motion explains, it is
+/// diagnosed by its motion alone ([`diagnose_kinematic`](crate::diagnose_kinematic)).
 ///
 /// # Errors
 /// A configuration that makes no sense, or a used channel without noise level.
@@ -144,7 +144,7 @@ pub fn diagnose_drives_against(
 }
 
 /// Diagnoses drive logs of any length by the windows kept of each, alone or against an outside simulator's, which comes
-/// with whether it was given this very soil. At least one must [tell of forces](DriveWindows::tell_of_forces).
+/// with whether it was given this very soil. At least one must hold torques or accelerations.
 ///
 /// # Errors
 /// As [`diagnose_drives`] and [`diagnose_drive_against`].
@@ -214,8 +214,27 @@ fn drive_logs(
         Some((sim, same_soil)) => Some((DriveWindows::of(sim, rover, most)?, same_soil)),
     };
     let sim = sim.as_ref().map(|(sim, same_soil)| (sim, *same_soil));
-    drive_windows(&logs.replaced_by(&windows), sim, rover, registry, settings)
+    let told = logs.replaced_by(&windows);
+    let by_forces = drive_windows(&told, sim, rover, registry, settings)?;
+    let is_open = |d: &Diagnosis| {
+        let open = ["unknown", "unidentifiable"];
+        open.contains(&d.verdict) || d.set.iter().any(|name| name == "unknown")
+    };
+    if windows.iter().any(DriveWindows::has_torques) || !is_open(&by_forces) {
+        return Ok(by_forces);
+    }
+    // On ground that the terrain model does not describe, forces tell less than the motion.
+    match diagnose_logs(logs, rover, registry, settings) {
+        Ok(mut by_motion) if !is_open(&by_motion) => {
+            by_motion.heed.push(NOT_BY_FORCES.to_owned());
+            Ok(by_motion)
+        }
+        _ => Ok(by_forces),
+    }
 }
+
+/// What to heed where the motion explains what forces do not.
+const NOT_BY_FORCES: &str = "by forces, known by the accelerations that they cause, the answer would be unknown: no soil of the terrain model explains the log";
 
 /// What to heed where no log holds torques.
 const BY_ACCELERATIONS: &str = "no torques: the ground's forces are known by the accelerations that they cause, and what shows in torques alone is not asked";

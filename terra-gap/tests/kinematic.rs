@@ -6,7 +6,7 @@ use std::io::Write;
 use std::path::Path;
 
 use terra_data::{DriveLog, Rover, Segment, Series, read_rover};
-use terra_gap::{Diagnosis, Provenance, Settings, diagnose_drive, to_json};
+use terra_gap::{Diagnosis, LogKind, Provenance, Settings, diagnose_drive, to_json};
 use terra_model::Registry;
 
 fn husky() -> Rover {
@@ -134,6 +134,57 @@ fn centres_of_rotation_are_named() {
     // The prior sd of the magnitude is 1, so x is e = χ - 1.
     assert!((e - 1.0).abs() < 0.1, "{e}");
     assert!(d.held_out.unwrap().closed.unwrap().lo > 0.9);
+}
+
+/// Each manoeuvre once, for three windows, on ground that gives way by other shares from window to window: windows that follow each
+/// other show how much it varies where no manoeuvre comes back.
+#[test]
+fn a_short_log_shows_its_ground_s_scatter() {
+    let once: Vec<(f64, f64)> = manoeuvres()[..17]
+        .iter()
+        .flat_map(|&sides| [sides; 3])
+        .collect();
+    let window = Cell::new(0.0_f64);
+    let mut log = drive(&once, |l, r| {
+        window.set(window.get() + 1.0);
+        let share = |by: f64| 0.95 - 0.08 * (by * window.get()).sin();
+        let (l, r) = (share(2.399_963) * l, share(4.236_068) * r);
+        [0.5 * (l + r), (r - l) / (2.0 * 0.55), 0.0]
+    });
+    let starts = log.segments.iter().step_by(3).enumerate();
+    log.segments = starts
+        .map(|(k, first)| Segment {
+            name: format!("s{k}"),
+            rows: first.rows.start..first.rows.start + 30,
+        })
+        .collect();
+    let d = ask(&log);
+    let follow = |note: &String| note.contains("windows that follow each other");
+    assert!(d.data.notes.iter().any(follow), "{:?}", d.data.notes);
+    assert_eq!(d.causes[0].name, SKID, "{} {:?}", d.verdict, d.set);
+    assert!(!d.set.iter().any(|name| name == "unknown"), "{:?}", d.set);
+}
+
+/// The same on ground that no soil of the terrain model is, by a log that has accelerations too: forces leave it unknown, and the motion
+/// explains it.
+#[test]
+fn what_forces_leave_unknown_the_motion_explains() {
+    let mut log = drive(&manoeuvres(), |l, r| {
+        [0.5 * (l + r), (r - l) / (2.0 * 0.55), 0.0]
+    });
+    let noise = |row: usize| 0.1 * (1.7 * row as f64).sin();
+    log.accel_x = Some((0..log.time.len()).map(|row| Some(noise(row))).collect());
+    let mut rover = husky();
+    rover.noise.0.insert("accel_x_m_s2".to_owned(), 0.1);
+    let d = diagnose_drive(&log, &rover, &Registry::builtin(), &Settings::of(&rover)).unwrap();
+    assert_eq!(
+        (d.kind, d.causes[0].name.as_str()),
+        (LogKind::Kinematic, SKID),
+        "{} {:?}",
+        d.verdict,
+        d.set
+    );
+    assert!(d.heed.iter().any(|line| line.starts_with("by forces")));
 }
 
 /// A track 6 % wider than the file says is a common mistake, and a common mistake is the better explanation.
@@ -273,4 +324,33 @@ fn the_measured_husky() {
     assert!((ratio - 0.387).abs() < 0.02, "{ratio}");
     let closed = d.held_out.unwrap().closed.unwrap();
     assert!(closed.lo > 0.8 && closed.hi < 1.1, "{closed:?}");
+    // Its accelerations tell of forces too, which no soil of the terrain model explains.
+    let mut felt = rover.clone();
+    felt.noise.0.insert("accel_x_m_s2".to_owned(), 0.3);
+    let d = diagnose_drive(&log, &felt, &Registry::builtin(), &Settings::of(&felt)).unwrap();
+    assert_eq!(
+        (d.kind, d.causes[0].name.as_str()),
+        (LogKind::Kinematic, SKID)
+    );
+    // One step in twelve shows the same, or that something is there that motion alone does not explain.
+    let mut named = 0;
+    for first in 0..12 {
+        let mut part = log.clone();
+        part.segments = log
+            .segments
+            .iter()
+            .skip(first)
+            .step_by(12)
+            .cloned()
+            .collect();
+        let d = ask(&part);
+        let skid = |name: &String| name.split('+').any(|n| n == SKID);
+        named += usize::from(d.set.iter().all(skid));
+        assert!(
+            d.set.iter().all(|n| skid(n) || n == "unknown"),
+            "{:?}",
+            d.set
+        );
+    }
+    assert!(named >= 8, "{named} of 12");
 }

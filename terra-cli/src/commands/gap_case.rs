@@ -134,20 +134,19 @@ pub(crate) fn diagnose(
             (prior, d, Some(curves))
         }
         LogKind::Drive => {
-            let telling = telling(&case.logs, &rover, &settings)?;
-            let (prior, d) = match (telling, &sim) {
-                // By motion alone no soil is asked, none is needed.
-                (telling, None) if telling.is_empty() => {
+            let (prior, d) = match (torques(&case.logs, &rover)?, &sim) {
+                // Without torques no soil is sought: a log may tell of motion alone.
+                (with, None) if with.is_empty() => {
                     let logs = whole(&case.logs, &rover)?;
                     let named = named(&names, &logs);
                     let d = diagnose_drives(&named, &rover, registry, &settings);
                     (Prior::Given, d)
                 }
-                (telling, sim) => {
+                (with, sim) => {
                     let prior = if rover.terrain.start.is_some() {
                         Prior::Given
                     } else {
-                        let logs = beginnings(&telling, &rover)?;
+                        let logs = beginnings(&with, &rover)?;
                         cut = logs.iter().any(|log| log.len() == PRIOR_ROWS);
                         let each: Vec<Log<'_>> = logs.iter().map(Log::Drive).collect();
                         complete(&mut rover, &each, registry, &terrains).map_err(in_files)?
@@ -226,20 +225,19 @@ pub(crate) fn diagnose(
     })
 }
 
-/// The drive logs that tell of forces, by their first row.
-fn telling<'c, 'a>(
+/// The drive logs that hold torques, by their first row.
+fn torques<'c, 'a>(
     logs: &'c [CaseLog<'a>],
     rover: &Rover,
-    settings: &Settings,
 ) -> Result<Vec<&'c CaseLog<'a>>, CliError> {
-    let mut telling = vec![];
+    let mut with = vec![];
     for log in logs {
         let first = log.file.drive_blocks(rover)?.next_block(1)?;
-        if first.is_some_and(|block| DriveWindows::tell_of_forces(&block.log, rover, settings)) {
-            telling.push(log);
+        if first.is_some_and(|block| block.log.wheel_torque.is_some()) {
+            with.push(log);
         }
     }
-    Ok(telling)
+    Ok(with)
 }
 
 fn whole(logs: &[CaseLog<'_>], rover: &Rover) -> Result<Vec<DriveLog>, CliError> {

@@ -91,7 +91,7 @@ impl DriveWindows {
     /// Whether a log that begins like this tells of forces: by wheel torques, or by the accelerations that forces cause, where the
     /// rover file has their noise and names the soil, of which nothing can be said first. Otherwise it tells of motion alone
     /// ([`diagnose_kinematic`](crate::diagnose_kinematic)).
-    pub fn tell_of_forces(log: &DriveLog, rover: &Rover, settings: &Settings) -> bool {
+    pub(crate) fn tell_of_forces(log: &DriveLog, rover: &Rover, settings: &Settings) -> bool {
         let noise = rover.noise.get("accel_x_m_s2");
         let felt = log.accel_x.is_some() && noise.is_some() && rover.terrain.start.is_some();
         log.wheel_torque.is_some() || felt && !settings.motion_only

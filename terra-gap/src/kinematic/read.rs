@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::predict::{
     KinematicPredictor, LATERAL, RAW, SPEED, VALUES, WHEEL, WHEEL_RATE, Window, YAW_RATE,
 };
-use super::scatter::{Place, pairs, scatter};
+use super::scatter::{APART, NEXT, Place, pairs, scatter};
 use crate::dataset::{ChannelInfo, DataSet, Factors, Observation};
 use crate::drive::{Line, SPEED_GATE, cells, declared, line};
 use crate::error::GapError;
@@ -199,7 +199,8 @@ fn channels(places: &[Place], track: f64) -> Vec<ChannelInfo> {
 
 /// Raises each value's noise to the scatter between repeats, where the log has enough of them.
 fn add_scatter(data: &mut DataSet, windows: &[Window], places: &[Place]) {
-    let pairs = pairs(places);
+    let repeats = [(APART, ""), (NEXT, " that follow each other")]
+        .map(|(apart, which)| (pairs(places, apart), which));
     for k in 0..VALUES {
         let value = |i: usize| {
             let w: &Window = windows.get(i)?;
@@ -208,15 +209,19 @@ fn add_scatter(data: &mut DataSet, windows: &[Window], places: &[Place]) {
         let Some(channel) = data.channels.get(k).cloned() else {
             continue;
         };
-        match scatter(&pairs, value) {
-            Some((sd, n)) => {
+        let mut found = repeats.iter().filter_map(|(pairs, which)| {
+            let (sd, n) = scatter(pairs, value)?;
+            Some((sd, n, which))
+        });
+        match found.next() {
+            Some((sd, n, which)) => {
                 for o in &mut data.observations {
                     if let Some(own) = o.raw_sd.get_mut(k) {
                         *own = own.max(sd);
                     }
                 }
                 data.notes.push(format!(
-                    "scatter of {} between {n} pairs of windows at the same wheel speeds: {sd:.3} {}",
+                    "scatter of {} between {n} pairs of windows{which} at the same wheel speeds: {sd:.3} {}",
                     channel.name, channel.unit
                 ));
             }

@@ -28,11 +28,13 @@ const LEVEL: f64 = 0.02;
 const FEWEST: usize = 8;
 /// Windows beyond which only every n-th is paired: pairing is quadratic.
 const MOST: usize = 1000;
-/// Windows of one segment this far apart count as repeats too.
-const APART: usize = 5;
+/// Windows of one segment this far apart count as repeats too; those nearer by only where a log has too few others, as ground is alike
+/// where it lies close together.
+pub(crate) const APART: usize = 5;
+pub(crate) const NEXT: usize = 1;
 
-/// Disjoint pairs of repeats, nearest first.
-pub(crate) fn pairs(places: &[Place]) -> Vec<(usize, usize)> {
+/// Disjoint pairs of repeats, nearest first, those of one segment so many windows `apart`.
+pub(crate) fn pairs(places: &[Place], apart: usize) -> Vec<(usize, usize)> {
     let typical = (places
         .iter()
         .map(|p| p.sides[0].powi(2) + p.sides[1].powi(2))
@@ -46,7 +48,7 @@ pub(crate) fn pairs(places: &[Place]) -> Vec<(usize, usize)> {
     for (k, &i) in chosen.iter().enumerate() {
         for &j in &chosen[k + 1..] {
             let (a, b) = (&places[i], &places[j]);
-            if (a.group == b.group && j - i < APART)
+            if (a.group == b.group && j - i < apart)
                 || a.ground != b.ground
                 || (a.pitch - b.pitch).abs() > LEVEL
             {
@@ -99,7 +101,7 @@ mod tests {
                 ground: 0,
             })
             .collect();
-        let found = pairs(&places);
+        let found = pairs(&places, APART);
         assert_eq!(found.len(), 10);
         assert!(found.iter().all(|(i, j)| j - i == 10));
         let d = 0.3;
@@ -117,7 +119,8 @@ mod tests {
             group,
             ground: 0,
         };
-        assert!(pairs(&[same(0), same(0), same(0)]).is_empty());
-        assert_eq!(pairs(&[same(0), same(0), same(1)]).len(), 1);
+        assert!(pairs(&[same(0), same(0), same(0)], APART).is_empty());
+        assert_eq!(pairs(&[same(0), same(0), same(1)], APART).len(), 1);
+        assert_eq!(pairs(&[same(0), same(0), same(0)], NEXT).len(), 1);
     }
 }
