@@ -83,6 +83,18 @@ pub(super) struct Point<V> {
     pub(super) drift: V,
 }
 
+/// The strength of a displacement of some length B, over the most there is.
+pub(super) struct Strength<V> {
+    /// B/K.
+    pub(super) both: V,
+    pub(super) mobilised: V,
+    /// Its slope in B/K, and what it is over B/K.
+    pub(super) slope: V,
+    pub(super) even: V,
+    /// The hump without its height.
+    pub(super) bulge: V,
+}
+
 impl<V: Vector> Stress<V> {
     #[inline(always)]
     pub(super) fn at(&self, entry: V) -> Angle<V> {
@@ -149,20 +161,39 @@ impl<V: Vector> Stress<V> {
         }
     }
 
-    /// The strength points along (j_x, j_y) of a length j: E(j) j_x/j along the wheel, where j_y grows with θ1 as it is.
-    #[inline(never)]
-    fn sideways_point(&self, angle: V, [defect, versine]: [V; 2], y: V, across: V) -> Point<V> {
+    /// F of a displacement that is y along the wheel and `across` it, each over K.
+    #[inline(always)]
+    pub(super) fn strength(&self, y: V, across: V) -> Strength<V> {
         let square = y.squared() + across.squared() + f64::MIN_POSITIVE;
         let both = square.sqrt();
         let rest = (-both).exp_m1_fast();
         let (rise, left) = (-rest, rest + 1.0);
-        let bulge = self.hump * both * left * std::f64::consts::E;
-        let mobilised = rise * (bulge + 1.0);
-        let slope = left * (bulge + 1.0)
-            + rise * self.hump * left * (V::one() - both) * std::f64::consts::E;
+        let hump = both * left * std::f64::consts::E;
+        let height = self.hump * hump + 1.0;
+        let mobilised = rise * height;
+        let slope =
+            left * height + rise * self.hump * left * (V::one() - both) * std::f64::consts::E;
+        Strength {
+            both,
+            mobilised,
+            slope,
+            even: mobilised / both,
+            bulge: rise * hump,
+        }
+    }
+
+    /// The strength points along (j_x, j_y) of a length j: E(j) j_x/j along the wheel, where j_y grows with θ1 as it is.
+    #[inline(never)]
+    fn sideways_point(&self, angle: V, [defect, versine]: [V; 2], y: V, across: V) -> Point<V> {
+        let Strength {
+            both,
+            mobilised,
+            slope,
+            even,
+            bulge,
+        } = self.strength(y, across);
         let way = y / both;
-        let share = across.squared() / square;
-        let even = mobilised / both;
+        let share = (across / both).squared();
         Point {
             angle,
             sin: angle - defect,
@@ -171,7 +202,7 @@ impl<V: Vector> Stress<V> {
             mobilised: mobilised * way,
             slope: slope * way.squared() + even * share,
             shear: y,
-            bulge: V::zero(),
+            bulge: bulge * way,
             drift: y * share * (slope - even),
         }
     }

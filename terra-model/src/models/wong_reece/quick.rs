@@ -4,7 +4,7 @@
 
 use super::solve::Start;
 use super::wheel::Integrals;
-use super::{COARSE, WongReece, solve};
+use super::{WongReece, solve};
 use crate::contact::{Contact, Hook};
 use crate::error::ModelError;
 use crate::forces::WheelForces;
@@ -42,12 +42,12 @@ impl TerrainModel for Quick {
             return WongReece.wheel_forces(p, at);
         }
         let wheel = WongReece::wheel(p, at)?;
-        let (entry, integrals): (T, Integrals<T>) = if wheel.lateral.is_some() {
-            solve::rare::<T, COARSE, LAST>(&wheel, at)?
-        } else if wheel.braking {
-            solve::balance::<T, BRAKED, LAST>(&wheel, at, Start::of(at))?
-        } else {
-            solve::balance::<T, SHORT, LAST>(&wheel, at, Start::of(at))?
+        let from = Start::of(at);
+        let (entry, integrals): (T, Integrals<T>) = match (wheel.lateral.is_some(), wheel.braking) {
+            (true, true) => solve::balance_sideways::<T, BRAKED, LAST>(&wheel, at, from)?,
+            (true, false) => solve::balance_sideways::<T, SHORT, LAST>(&wheel, at, from)?,
+            (false, true) => solve::balance::<T, BRAKED, LAST>(&wheel, at, from)?,
+            (false, false) => solve::balance::<T, SHORT, LAST>(&wheel, at, from)?,
         };
         Ok(WongReece::named(&wheel, at, entry, integrals))
     }

@@ -5,7 +5,7 @@
 
 use std::cell::Cell;
 
-use super::gradient::{Partials, VARIABLES};
+use super::gradient::{Partials, SIDEWAYS, STRAIGHT, VARIABLES};
 use super::kernel::{Integrator, Sums};
 use super::wheel::{Integrals, Wheel};
 use crate::contact::Contact;
@@ -179,7 +179,7 @@ pub(super) fn balance<T: Real, const COARSE: usize, const FINE: usize>(
                 return Ok((T::from_primal(root), integrals.map(T::from_primal)));
             }
         } else {
-            let partials = fine.partials(entry, &asked);
+            let partials = fine.partials::<STRAIGHT>(entry, &asked);
             if is_small(partials.step(load)) {
                 return Ok(partials.balanced(wheel, entry, carried));
             }
@@ -189,7 +189,32 @@ pub(super) fn balance<T: Real, const COARSE: usize, const FINE: usize>(
         if plain {
             return (T::from_primal(entry), integrals.map(T::from_primal));
         }
-        fine.partials(entry, &asked).balanced(wheel, entry, carried)
+        let partials = fine.partials::<STRAIGHT>(entry, &asked);
+        partials.balanced(wheel, entry, carried)
+    })
+}
+
+/// The same of a wheel that slides sideways.
+pub(super) fn balance_sideways<T: Real, const COARSE: usize, const FINE: usize>(
+    wheel: &Wheel<T>,
+    at: &Contact<T>,
+    from: Start<T::Primal>,
+) -> Result<(T, Integrals<T>), ModelError> {
+    let primal = wheel.map(T::primal);
+    let (load, slip) = (at.normal_load.primal(), at.slip.primal());
+    let carried = at.normal_load / (wheel.radius * wheel.width);
+    let asked = wheel.asks();
+    if let (true, Start::Here(last)) = (const { FINE < QUICK }, from) {
+        let entry = last.exp();
+        let fine = Integrator::<T::Primal, FINE>::new(&primal, primal.stress());
+        let partials = fine.partials::<SIDEWAYS>(entry, &asked);
+        if is_small(partials.step(carried.primal())) {
+            return Ok(partials.balanced(wheel, entry, carried));
+        }
+    }
+    iterate::<T::Primal, COARSE, FINE, _>(&primal, load, slip, from, |entry, _, fine| {
+        let partials = fine.partials::<SIDEWAYS>(entry, &asked);
+        partials.balanced(wheel, entry, carried)
     })
 }
 
@@ -203,7 +228,7 @@ pub(super) fn partials<const COARSE: usize, const FINE: usize>(
     wheel: &Wheel<f64>,
     at: &Contact<f64>,
     asked: &[bool; VARIABLES],
-) -> Result<(f64, Integrals<f64>, Partials<f64>), ModelError> {
+) -> Result<(f64, Integrals<f64>, Partials<f64, STRAIGHT>), ModelError> {
     let (load, slip) = (at.normal_load, at.slip);
     iterate::<f64, COARSE, FINE, _>(wheel, load, slip, Start::Guess, |entry, integrals, fine| {
         (entry, integrals, fine.partials(entry, asked))
