@@ -679,7 +679,7 @@ pub(crate) struct GapArgs {
     pub(crate) same_bed: bool,
     /// Diagnose a drive without torques by its motion alone, even where its accelerations tell of forces: on ground that no
     /// terrain model describes.
-    #[arg(long)]
+    #[arg(long, conflicts_with = "sim")]
     pub(crate) motion_only: bool,
     /// Which groups are held out to measure how far the gap shrinks.
     #[arg(long, value_enum)]

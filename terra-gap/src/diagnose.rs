@@ -90,6 +90,12 @@ pub struct Diagnosis {
 }
 
 impl Diagnosis {
+    /// Tells one more thing to heed.
+    pub(crate) fn notice(&mut self, line: String) {
+        self.data.notes.push(line.clone());
+        self.heed.push(line);
+    }
+
     pub(crate) fn unidentifiable(
         data: DataSet,
         setup: &Setup<'_>,

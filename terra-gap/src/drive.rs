@@ -184,6 +184,8 @@ struct Given<T> {
     time: T,
     around: [T; 3],
     leaning: T,
+    /// 1 where a yaw rate was read, 0 elsewhere.
+    yaw_read: T,
     forwards: bool,
 }
 
@@ -200,6 +202,7 @@ impl<T: Scalar> From<&Window> for Given<T> {
             time: T::from(window.time),
             around: window.around.map(T::from),
             leaning: T::from(window.leaning),
+            yaw_read: T::from(window.yaw_read()),
             forwards: window.forwards(),
         }
     }
@@ -218,6 +221,7 @@ impl<T: Scalar> Given<T> {
             time: of(self.time),
             around: self.around.map(&of),
             leaning: of(self.leaning),
+            yaw_read: of(self.yaw_read),
             forwards: self.forwards,
         }
     }
@@ -226,6 +230,11 @@ impl<T: Scalar> Given<T> {
 impl Window {
     fn forwards(&self) -> bool {
         self.raw[SPEED] >= 0.0
+    }
+
+    /// 1 where a yaw rate was read, 0 elsewhere.
+    fn yaw_read(&self) -> f64 {
+        f64::from(u8::from(self.measured.contains(&YAW_ACCELERATION)))
     }
 }
 

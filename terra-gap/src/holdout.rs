@@ -22,6 +22,7 @@ use crate::hypothesis::Hypothesis;
 use crate::noise::NoiseModel;
 use crate::parallel::for_each;
 use crate::predictor::Predictor;
+use crate::unknown::along;
 
 /// What one group is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,7 +33,7 @@ pub enum HoldOut {
     Segment,
     /// Conditions of a rig.
     Condition,
-    /// Five ranges of slip.
+    /// Five ranges of slip; by motion alone, of how sharply the wheels turn.
     Slip,
 }
 
@@ -108,7 +109,7 @@ pub(crate) fn groups(data: &DataSet, by: HoldOut) -> Vec<(String, Vec<usize>)> {
             .observations
             .iter()
             .enumerate()
-            .map(|(i, o)| (o.factors.get("slip").copied().unwrap_or(0.0), i))
+            .map(|(i, o)| (along(o).unwrap_or(0.0), i))
             .collect();
         ascending(&mut order, |o| o.0);
         // Repeats of one slip stay together: a range that holds a repeat would see its own answer.

@@ -5,9 +5,10 @@
 //! asked, so an effect takes part only if it has a kinematic reading ([`effects`]).
 //!
 //! # Equation
-//! u_q = R ω_q (1 - i/κ_q), i = i_0 + c_t a/g, V_s = mean of a side's u_q;
+//! u_q = R ω_q (1 - i_q/κ_q), i_q = i_0 + c_t sign(ω_q)(a/g + sin θ), V_s = mean of a side's u_q;
 //! v = (V_r + V_l)/2 - drag, r = (V_r - V_l)/(χ t_w), v_y = x_cg r,
-//! with i the ground's slip, i_0 at constant speed and more while the wheels push the vehicle on at a = R ω', κ_q the
+//! with i_q the slip, i_0 at constant speed on level ground and more while a wheel pushes the vehicle the way it turns, to speed it up by
+//! a = R ω' or to hold it on a slope θ that the log tells of, κ_q the
 //! stiffness of the ground under the wheel relative to nominal, χ the effective track over the geometric one, and x_cg the
 //! centre of mass ahead of the middle of the axles.
 //!
@@ -106,7 +107,7 @@ pub(crate) fn diagnose_logs(
         Some(reason) => Diagnosis::unidentifiable(data, &setup, Candidates::default(), reason),
         None => diagnose(data, &predictor, &setup, &settings)?,
     };
-    found.heed.push(BY_MOTION.to_owned());
+    found.notice(BY_MOTION.to_owned());
     found.not_asked.extend(silent);
     found.logs = logs.joined();
     isolate(&mut found, registry);

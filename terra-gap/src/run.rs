@@ -191,6 +191,9 @@ fn contradictions(prefix: &str, warnings: &[String]) -> Option<String> {
     Some(format!("{prefix}{first}{more}"))
 }
 
+/// What it takes to tell forces where no log holds torques.
+const FORCES_TAKE: &str = "forces are told too where accel_x_m_s2 is logged, [noise] states its noise, and [terrain] start names a soil";
+
 /// A drive in memory: its windows where some log tells of forces, else its motion alone.
 fn drive_logs(
     logs: &Logs<'_, DriveLog>,
@@ -202,7 +205,11 @@ fn drive_logs(
     let tells = |log: &DriveLog| DriveWindows::tell_of_forces(log, rover, settings);
     let forces = logs.iter().any(|(_, log)| tells(log));
     if !forces && sim.is_none() {
-        return diagnose_logs(logs, rover, registry, settings);
+        let mut by_motion = diagnose_logs(logs, rover, registry, settings)?;
+        if !settings.motion_only {
+            by_motion.notice(FORCES_TAKE.to_owned());
+        }
+        return Ok(by_motion);
     }
     let most = settings.windows;
     let windows: Vec<DriveWindows> = logs
@@ -213,31 +220,59 @@ fn drive_logs(
         None => None,
         Some((sim, same_soil)) => Some((DriveWindows::of(sim, rover, most)?, same_soil)),
     };
-    let sim = sim.as_ref().map(|(sim, same_soil)| (sim, *same_soil));
+    let against = sim.as_ref().map(|(sim, same_soil)| (sim, *same_soil));
     let told = logs.replaced_by(&windows);
-    let by_forces = drive_windows(&told, sim, rover, registry, settings)?;
-    let is_open = |d: &Diagnosis| {
-        let open = ["unknown", "unidentifiable"];
-        open.contains(&d.verdict) || d.set.iter().any(|name| name == "unknown")
-    };
-    if windows.iter().any(DriveWindows::has_torques) || !is_open(&by_forces) {
-        return Ok(by_forces);
+    let by_forces = drive_windows(&told, against, rover, registry, settings);
+    if sim.is_some() || windows.iter().any(DriveWindows::has_torques) {
+        return by_forces;
     }
-    // On ground that the terrain model does not describe, forces tell less than the motion.
-    match diagnose_logs(logs, rover, registry, settings) {
-        Ok(mut by_motion) if !is_open(&by_motion) => {
-            by_motion.heed.push(NOT_BY_FORCES.to_owned());
+    or_by_motion(by_forces, || diagnose_logs(logs, rover, registry, settings))
+}
+
+/// What forces tell of a drive without torques, or where they leave it open what its motion tells: on ground that the terrain model does
+/// not describe that is more. A cause that motion alone shows is an answer; that it shows none is none, as it shows but few.
+fn or_by_motion(
+    by_forces: Result<Diagnosis, GapError>,
+    by_motion: impl FnOnce() -> Result<Diagnosis, GapError>,
+) -> Result<Diagnosis, GapError> {
+    let open = |d: &Diagnosis| matches!(d.verdict, "unknown" | "unidentifiable");
+    if by_forces.as_ref().is_ok_and(|d| !open(d)) {
+        return by_forces;
+    }
+    match (by_forces, by_motion()) {
+        (Ok(mut by_forces), Ok(mut by_motion)) => {
+            let causes =
+                |d: &Diagnosis| d.set.iter().all(|name| name != "none" && name != "unknown");
+            let names = |d: &Diagnosis| matches!(d.verdict, "named" | "ambiguous") && causes(d);
+            // Of two refusals the one by motion says what to record.
+            let neither = by_forces.verdict == "unidentifiable" && open(&by_motion);
+            if names(&by_motion) || neither {
+                by_motion.notice(format!(
+                    "by forces, known by the accelerations that they cause, the answer is {}",
+                    by_forces.verdict
+                ));
+                return Ok(by_motion);
+            }
+            by_forces.notice(format!(
+                "by motion alone the answer is {}",
+                by_motion.verdict
+            ));
+            Ok(by_forces)
+        }
+        (Err(e), Ok(mut by_motion)) => {
+            by_motion.notice(format!("forces cannot be told: {e}"));
             Ok(by_motion)
         }
-        _ => Ok(by_forces),
+        (Ok(mut by_forces), Err(e)) => {
+            by_forces.notice(format!("motion alone cannot be told: {e}"));
+            Ok(by_forces)
+        }
+        (Err(e), Err(_)) => Err(e),
     }
 }
 
-/// What to heed where the motion explains what forces do not.
-const NOT_BY_FORCES: &str = "by forces, known by the accelerations that they cause, the answer would be unknown: no soil of the terrain model explains the log";
-
 /// What to heed where no log holds torques.
-const BY_ACCELERATIONS: &str = "no torques: the ground's forces are known by the accelerations that they cause, and what shows in torques alone is not asked";
+const BY_ACCELERATIONS: &str = "no torques: the ground's forces are known by the accelerations that they cause, what shows in torques alone is not asked, and the probabilities are calibrated on drives with torques";
 
 fn drive_windows(
     logs: &Logs<'_, DriveWindows>,
@@ -280,7 +315,7 @@ fn drive_windows(
         diagnosis.heed.extend(log.rounded(name));
     }
     if !torques {
-        diagnosis.heed.push(BY_ACCELERATIONS.to_owned());
+        diagnosis.notice(BY_ACCELERATIONS.to_owned());
     }
     diagnosis.logs = logs.joined();
     Ok(diagnosis)

@@ -1,8 +1,8 @@
 //! "None of the known effects": a smooth discrepancy that no hypothesis has.
 //!
 //! # Equation
-//! y0 ~ N(0, I + J J' + a² Φ Φ'), Φ smooth functions of slip and of load, speed, path and pass in every channel, whitened;
-//! by Woodbury in the few columns of B = \[J, a Φ\]: ln det(I + B'B) and y'y - y'B (I + B'B)^-1 B'y.
+//! y0 ~ N(0, I + J J' + a² Φ Φ'), Φ smooth functions of slip (by motion alone of how sharply the wheels turn) and of load, speed, path
+//! and pass in every channel, whitened; by Woodbury in the few columns of B = \[J, a Φ\]: ln det(I + B'B) and y'y - y'B (I + B'B)^-1 B'y.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -17,9 +17,13 @@ const LINEAR: [&str; 4] = ["load", "speed", "path", "pass"];
 /// Along what a discrepancy is smooth: slip, or where that is no input, as in a log without forces, how sharply the wheels turn.
 const SMOOTH: [&str; 2] = ["slip", "turning"];
 
+/// Where an observation lies along that.
+pub(crate) fn along(o: &Observation) -> Option<f64> {
+    SMOOTH.iter().find_map(|name| o.factors.get(name).copied())
+}
+
 /// Smooth discrepancy features of every channel, in units of its scale, not whitened.
 pub(crate) fn features(data: &DataSet) -> DMatrix<f64> {
-    let along = |o: &Observation| SMOOTH.iter().find_map(|name| o.factors.get(name).copied());
     let smooth: Vec<f64> = data.observations.iter().filter_map(along).collect();
     let (low, high) = range(&smooth);
     let centres: Vec<f64> = if high - low < 1e-6 {

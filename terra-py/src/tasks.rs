@@ -215,7 +215,7 @@ pub(crate) fn identify<'py>(
 }
 
 #[pyfunction]
-#[pyo3(signature = (logs, rover, effects=None, hold_out=None, combine=2, windows=512, calibrate=0, seed=1, soil="shared".to_owned(), sim=None, same_bed=false, registry=None, html=None, figures=None))]
+#[pyo3(signature = (logs, rover, effects=None, hold_out=None, combine=2, windows=512, calibrate=0, seed=1, soil="shared".to_owned(), sim=None, same_bed=false, motion_only=false, registry=None, html=None, figures=None))]
 pub(crate) fn gap<'py>(
     py: Python<'py>,
     logs: Vec<Given>,
@@ -229,6 +229,7 @@ pub(crate) fn gap<'py>(
     soil: String,
     sim: Option<Given>,
     same_bed: bool,
+    motion_only: bool,
     registry: Option<&Registry>,
     html: Option<PathBuf>,
     figures: Option<PathBuf>,
@@ -245,6 +246,7 @@ pub(crate) fn gap<'py>(
         soil,
         sim: sim.map(Source::from),
         same_bed,
+        motion_only,
         report: report(html, figures),
     };
     let (registry, trouble) = Registry::of(registry);

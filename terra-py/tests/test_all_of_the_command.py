@@ -152,7 +152,7 @@ def test_a_watch_takes_what_its_flag_takes(all_commands, program):
     """`gap` and `watch` are two functions of one command: what it refuses beside --watch is `gap`'s alone, all else is in
     `watch` too, and what belongs to a watch is in no `gap`."""
     watch, gap = (set(inspect.signature(f).parameters) for f in (terra.watch, terra.gap))
-    flags = {"same_bed"}
+    flags = {"same_bed", "motion_only"}
     taken = set()
     for option in set(all_commands["gap"]) - {"log", "rover", "watch", "help", *NO_OPTION}:
         flag = "--" + option.replace("_", "-")

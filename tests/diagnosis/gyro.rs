@@ -1,7 +1,7 @@
 //! A gyroscope that is off where it should read zero, as every one is a little.
 
 use terra::data::{DriveLog, Rover};
-use terra::gap::{Settings, diagnose_drive};
+use terra::gap::{Named, Settings, diagnose_drive, diagnose_drives};
 use terra::model::Registry;
 
 use crate::far::slowly;
@@ -34,4 +34,23 @@ fn an_offset_of_the_gyroscope_is_told_from_soil_that_differs_between_sides() {
         let (log, rover) = off_by(bias);
         is_named(&log, &rover, bias);
     }
+}
+
+/// Beside a log of the same vehicle without a gyroscope, in which it drives as its wheels do: that one knows of no offset.
+#[test]
+fn a_log_without_a_gyroscope_has_no_offset_of_one() {
+    let (log, rover) = off_by(0.02);
+    let mut unread = log.clone();
+    unread.yaw_rate = None;
+    let [one, two] =
+        [("one.csv", &log), ("two.csv", &unread)].map(|(name, log)| Named { name, log });
+    let (registry, settings) = (Registry::builtin(), Settings::of(&rover));
+    let d = diagnose_drives(&[one, two], &rover, &registry, &settings).unwrap();
+    assert_eq!(
+        d.causes[0].name, "yaw-rate-bias",
+        "{} {:?}",
+        d.verdict, d.set
+    );
+    let (found, sd) = magnitude(&d);
+    assert!((found - 0.02).abs() < 4.0 * sd, "{found} ± {sd}");
 }

@@ -32,7 +32,12 @@ fn a_drive_that_lacks_nothing_lacks_nothing_without_torques_either() {
         let why = d.not_asked.iter().find(|(effect, _)| effect == name);
         assert_eq!(why.unwrap().1, "no torque in the log", "{name}");
     }
-    assert!(d.heed.iter().any(|line| line.starts_with("no torques")));
+    assert!(
+        d.data
+            .notes
+            .iter()
+            .any(|line| line.starts_with("no torques"))
+    );
 }
 
 /// Physics, a geometry and an instrument, each named with its size.
@@ -45,8 +50,14 @@ fn causes_are_named_without_torques() {
         ("yaw-rate-bias", 0.03),
     ] {
         let d = diagnosed(Some(missing));
-        let first = &d.causes[0];
-        assert_eq!(first.name, missing.0, "{} {:?}", d.verdict, d.set);
+        let first = (d.kind, d.causes[0].name.as_str());
+        assert_eq!(
+            first,
+            (LogKind::Drive, missing.0),
+            "{} {:?}",
+            d.verdict,
+            d.set
+        );
         let (found, sd) = magnitude(&d);
         assert!(
             (found - missing.1).abs() < 4.0 * sd,

@@ -111,6 +111,16 @@ pub(crate) fn diagnose(
             "give the simulator's log of the same manoeuvres or trials",
         ));
     }
+    let torques = match kind {
+        LogKind::Rig => vec![],
+        LogKind::Drive => torques(&case.logs, &rover)?,
+    };
+    if settings.motion_only && (kind == LogKind::Rig || !torques.is_empty()) {
+        return Err(CliError::usage(
+            "motion_only: the log tells of forces by a wheel on its own or by torques",
+            "it is for drives without wheel torques and motor currents",
+        ));
+    }
     let mut cut = false;
     let (prior, mut diagnosis, curves) = match kind {
         LogKind::Rig => {
@@ -134,7 +144,7 @@ pub(crate) fn diagnose(
             (prior, d, Some(curves))
         }
         LogKind::Drive => {
-            let (prior, d) = match (torques(&case.logs, &rover)?, &sim) {
+            let (prior, d) = match (torques, &sim) {
                 // Without torques no soil is sought: a log may tell of motion alone.
                 (with, None) if with.is_empty() => {
                     let logs = whole(&case.logs, &rover)?;

@@ -127,7 +127,7 @@ impl Watched {
                         "{}: a watch needs ground speed and wheel torques (or motor currents with [drivetrain])",
                         case.log_name.display()
                     ),
-                    "without torques `terra gap` diagnoses the motion of the whole log",
+                    "without torques `terra gap` diagnoses the whole log by its accelerations or its motion",
                 ));
             }
             let steps = self.watch.push(&log).map_err(|e| case.in_files(e))?;

@@ -407,6 +407,8 @@ pub struct GapOptions {
     pub sim: Option<Source>,
     /// The simulator's log and the others are of the same ground.
     pub same_bed: bool,
+    /// A drive without torques is diagnosed by its motion alone, even where its accelerations tell of forces.
+    pub motion_only: bool,
     /// Report to write.
     pub report: ReportFiles,
 }
@@ -423,6 +425,7 @@ impl Default for GapOptions {
             soil: "shared".to_owned(),
             sim: None,
             same_bed: false,
+            motion_only: false,
             report: ReportFiles::default(),
         }
     }
@@ -452,6 +455,12 @@ pub fn gap(
             "it says that the simulator's log and the others are of the same ground",
         ));
     }
+    if options.motion_only && options.sim.is_some() {
+        return Err(CliError::usage(
+            "motion_only with sim",
+            "another simulator's log is compared by forces",
+        ));
+    }
     let mut inputs: Vec<Option<&Path>> = logs.iter().map(Source::path).collect();
     inputs.push(rover.path());
     inputs.push(options.sim.as_ref().and_then(Source::path));
@@ -474,6 +483,7 @@ pub fn gap(
         settings.calibrate = options.calibrate;
         settings.seed = options.seed;
         settings.soil = soil;
+        settings.motion_only = options.motion_only;
         settings.hold_out = hold_out(options.hold_out.as_deref(), kind)?;
         Ok(settings)
     };

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use terra_data::{DriveLog, Rover};
+use terra_data::{DriveLog, Rover, Series};
 
 use super::DrivePredictor;
 use super::choice::{ALIKE, Choice};
@@ -92,9 +92,11 @@ impl DriveWindows {
     /// rover file has their noise and names the soil, of which nothing can be said first. Otherwise it tells of motion alone
     /// ([`diagnose_kinematic`](crate::diagnose_kinematic)).
     pub(crate) fn tell_of_forces(log: &DriveLog, rover: &Rover, settings: &Settings) -> bool {
-        let noise = rover.noise.get("accel_x_m_s2");
-        let felt = log.accel_x.is_some() && noise.is_some() && rover.terrain.start.is_some();
-        log.wheel_torque.is_some() || felt && !settings.motion_only
+        let reads =
+            |series: &Option<Series>| series.iter().flat_map(Series::iter).any(|v| v.is_some());
+        let felt = reads(&log.accel_x) && reads(&log.ground_speed);
+        let known = rover.noise.get("accel_x_m_s2").is_some() && rover.terrain.start.is_some();
+        log.wheel_torque.is_some() || felt && known && !settings.motion_only
     }
 
     /// What to heed where the ground speed is held between readings.

@@ -99,14 +99,16 @@ impl<T: Scalar> YawRate<T> {
         }
     }
 
-    fn of(law: &Law, p: &[T], raw: &[T], offset: T) -> Self {
+    fn of(law: &Law, p: &[T], given: &Given<T>, raw: &[T], offset: T) -> Self {
         let logged = YawRate::logged(raw, offset);
         let channel = Channel::YawRate;
         if !law.acts_on(channel) {
             return logged;
         }
+        // Where none was read the vehicle drives as its wheels do.
+        let behind = sensor::truth(law, p, channel, logged.rate) - logged.rate;
         YawRate {
-            rate: sensor::truth(law, p, channel, logged.rate),
+            rate: logged.rate + behind * given.yaw_read,
             gain: sensor::gain(law, p, channel, logged.rate),
         }
     }
@@ -147,7 +149,7 @@ impl<T: Scalar> Stance<T> {
     ) -> Self {
         let vehicle = altered(vehicle, law, p, given.pitch);
         let speed = GroundSpeed::of(law, p, given, raw, offset);
-        let yaw = YawRate::of(law, p, raw, offset);
+        let yaw = YawRate::of(law, p, given, raw, offset);
         Stance::at(vehicle, speed, yaw, given, raw, offset)
     }
 

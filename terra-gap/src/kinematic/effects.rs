@@ -4,7 +4,7 @@
 //! |---|---|
 //! | track-width-error | t_w (1 + e) |
 //! | wheel-radius-error | R (1 + e) |
-//! | ground-speed-scale, -bias, -delay | as on any log |
+//! | ground-speed-scale, -bias, -delay, yaw-rate-bias | as on any log |
 //! | cg-offset | v_y = x_cg r with x_cg moved by e L |
 //! | lateral-contrast | slip i e^(∓e/2), right - |
 //! | skid-steer-lateral-slip | effective track χ t_w, χ = 1 + e |

@@ -23,10 +23,10 @@ pub(crate) const COMPLIANCE: Param = Param {
     max: 2.0,
     scale: Scale::Linear,
     prior_sd: 0.3,
-    doc: "slip per forward acceleration, in g: the ground's compliance along the wheel",
+    doc: "slip per forward push, in weights of the vehicle: the ground's compliance along the wheel",
 };
 
-/// Ground on which every wheel advances by (1 - i - c_t a/g) of its rim speed: the simulator without terramechanics.
+/// Ground on which every wheel advances by (1 - i - c_t (a/g + sin θ)) of its rim speed, θ the slope: the simulator without terramechanics.
 ///
 /// It has no forces. An effect acts on it through the vehicle, the sensors, or two entries of the contact that have a
 /// kinematic meaning: the radius, and the stiffness of the ground (a slip i under nominal ground is i/κ where the ground

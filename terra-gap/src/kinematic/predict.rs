@@ -62,12 +62,12 @@ impl KinematicPredictor {
         p: &[T],
         vehicle: &Vehicle<T>,
         window: &Window,
-        slip: T,
+        slips: &[T; 4],
         wheel: &[T],
     ) -> Sides<T> {
         let load = vehicle.mass * (GRAVITY / 4.0);
         let mut side = [T::zero(); 2];
-        for (q, w) in wheel.iter().enumerate() {
+        for (q, (w, &slip)) in wheel.iter().zip(slips).enumerate() {
             let mut at = Contact::new(slip, load, vehicle.wheel_radius, vehicle.wheel_width);
             at.wheel_speed = *w;
             at.speed = *w * vehicle.wheel_radius;
@@ -84,15 +84,16 @@ impl KinematicPredictor {
         Sides { left, right }
     }
 
-    /// Slip of every wheel under nominal ground: more where the wheels push the vehicle on, less where they hold it back.
-    fn slip<T: Scalar>(&self, law: &Law, p: &[T], window: &Window, raw: &[T]) -> T {
+    /// Slip of every wheel under nominal ground: more where it pushes the vehicle the way it turns, less where it holds it back.
+    fn slips<T: Scalar>(&self, law: &Law, p: &[T], window: &Window, raw: &[T]) -> [T; 4] {
         let (ground, _) = law.parts(p);
         let of = |k: usize| ground.get(k).copied().unwrap_or_else(T::zero);
-        let sum = |from: usize| raw[from] + raw[from + 1] + raw[from + 2] + raw[from + 3];
-        let pushed = sum(WHEEL_RATE) * (0.25 * self.vehicle.wheel_radius / GRAVITY);
-        let pushed = pushed + window.pitch.sin();
-        let zero = T::zero();
-        of(0) + of(1) * sum(WHEEL).select_lt(zero, -pushed, pushed)
+        let rates = &raw[WHEEL_RATE..RAW];
+        let sum = rates.iter().fold(T::zero(), |sum, rate| sum + *rate);
+        let pushed = sum * (0.25 * self.vehicle.wheel_radius / GRAVITY) + window.pitch.sin();
+        std::array::from_fn(|q| {
+            of(0) + of(1) * raw[WHEEL + q].select_lt(T::zero(), -pushed, pushed)
+        })
     }
 
     /// v, r, v_y, of the vehicle itself.
@@ -101,7 +102,7 @@ impl KinematicPredictor {
         law: &Law,
         p: &[T],
         window: &Window,
-        slip: T,
+        slips: &[T; 4],
         wheel: &[T],
     ) -> [T; VALUES] {
         let mut vehicle: Vehicle<T> = lift(&self.vehicle, T::from);
@@ -112,7 +113,7 @@ impl KinematicPredictor {
                 drag = e.first().copied().unwrap_or_else(T::zero) * RESISTANCE;
             }
         }
-        let Sides { left, right } = self.sides(law, p, &vehicle, window, slip, wheel);
+        let Sides { left, right } = self.sides(law, p, &vehicle, window, slips, wheel);
         let (mean, difference) = ((left + right) * 0.5, right - left);
         let yaw = difference / vehicle.track;
         let ahead = vehicle.wheelbase * 0.5 - vehicle.cg_to_front_axle;
@@ -135,9 +136,9 @@ impl Predict for KinematicPredictor {
     ) -> Result<Vec<T>, GapError> {
         let window = &self.windows[index];
         let p = &*of_log(law, p, self.soils, window.log);
-        let slip = self.slip(law, p, window, raw);
-        let [speed, yaw, lateral] = self.motion(law, p, window, slip, &raw[WHEEL..WHEEL_RATE]);
-        let [rate, ..] = self.motion(law, p, window, slip, &raw[WHEEL_RATE..RAW]);
+        let slips = &self.slips(law, p, window, raw);
+        let [speed, yaw, lateral] = self.motion(law, p, window, slips, &raw[WHEEL..WHEEL_RATE]);
+        let [rate, ..] = self.motion(law, p, window, slips, &raw[WHEEL_RATE..RAW]);
         let predicted = [
             sensor::report(law, p, Channel::GroundSpeed, speed, rate),
             sensor::report(law, p, Channel::YawRate, yaw, T::zero()),

@@ -135,10 +135,7 @@ pub(crate) fn from_logs(
                     shift: vec![],
                     carried: vec![],
                     factors: Factors::from([
-                        (
-                            "turning",
-                            (sides[1] - sides[0]) / (sides[0].abs() + sides[1].abs()),
-                        ),
+                        ("turning", turning(sides)),
                         ("speed", 0.5 * (sides[0] + sides[1])),
                         ("path", window.path),
                         ("time", window.time),
@@ -177,6 +174,11 @@ pub(crate) fn from_logs(
     ))
 }
 
+/// How sharply the wheels of these sides' rim speeds turn: 0 straight on, 1 and -1 on the spot.
+fn turning([left, right]: [f64; 2]) -> f64 {
+    (right - left) / (left.abs() + right.abs()).max(SPEED_GATE)
+}
+
 /// The channels, with the motion that typical wheel speeds would ideally give as their scale.
 fn channels(places: &[Place], track: f64) -> Vec<ChannelInfo> {
     let n = places.len().max(1) as f64;
@@ -199,7 +201,7 @@ fn channels(places: &[Place], track: f64) -> Vec<ChannelInfo> {
 
 /// Raises each value's noise to the scatter between repeats, where the log has enough of them.
 fn add_scatter(data: &mut DataSet, windows: &[Window], places: &[Place]) {
-    let repeats = [(APART, ""), (NEXT, " that follow each other")]
+    let repeats = [(APART, ""), (NEXT, ", neighbours among them,")]
         .map(|(apart, which)| (pairs(places, apart), which));
     for k in 0..VALUES {
         let value = |i: usize| {

@@ -557,6 +557,7 @@ def gap(
     soil: str = "shared",
     sim: Log | None = None,
     same_bed: bool = False,
+    motion_only: bool = False,
     registry: Registry | None = None,
     html: Path | None = None,
     figures: Path | None = None,
@@ -576,6 +577,8 @@ def gap(
         soil: ``shared`` by all logs, or each log's ``own``; sizes of effects are shared either way.
         sim: an outside simulator's log of the same manoeuvres or trials: causes are then of the difference to it.
         same_bed: that log and the others are of the same ground.
+        motion_only: a drive without torques is diagnosed by its motion alone, even where its accelerations tell of
+            forces: on ground that no terrain model describes.
         registry: with effects and models of one's own among the candidates.
         html: a report to write (HTML, one file).
         figures: a folder for each figure of that report (SVG) and its numbers (CSV).
@@ -600,6 +603,7 @@ def gap(
         soil,
         None if sim is None else _log(sim),
         same_bed,
+        motion_only,
         registry,
         html,
         figures,

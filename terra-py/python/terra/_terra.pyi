@@ -196,6 +196,7 @@ def gap(
     soil: str = ...,
     sim: _Source | None = ...,
     same_bed: bool = ...,
+    motion_only: bool = ...,
     registry: Registry | None = ...,
     html: _Path | None = ...,
     figures: _Path | None = ...,
