@@ -379,6 +379,43 @@ fn gap_finds_nothing_where_nothing_is_missing() {
     assert!(list(&verdict["accepted"]).is_empty() && verdict["after"].is_null());
 }
 
+/// A drive log without its torques.
+fn without_torques(log: &str) -> String {
+    let line = |line: &str| {
+        let cells: Vec<_> = line.split(',').collect();
+        [&cells[..6], &cells[10..]].concat().join(",") + "\n"
+    };
+    log.lines().map(line).collect()
+}
+
+/// A rover file that names the soil to start from.
+fn started(rover: &str) -> String {
+    let start = "[terrain]\nstart = \"lean_clay_22\"\n";
+    rover.replace("[terrain]\n", start)
+}
+
+/// A page of a drive without torques shows the noise of the channels that it has, and no others.
+#[test]
+fn a_page_without_torques_has_no_row_of_theirs() {
+    let folder = folder("gap_felt");
+    let log = std::fs::read_to_string(logs().join("drive.csv")).unwrap();
+    std::fs::write(folder.join("felt.csv"), without_torques(&log)).unwrap();
+    let rover = std::fs::read_to_string(logs().join("rover.toml")).unwrap();
+    std::fs::write(folder.join("rover.toml"), started(&rover)).unwrap();
+    terra(&folder, "gap felt.csv --rover rover.toml --html page.html").ok();
+    let page = std::fs::read_to_string(folder.join("page.html")).unwrap();
+    let table = page.split("Sensor noise, 1 sd").nth(1).unwrap();
+    let table = table.split("</table>").next().unwrap();
+    assert!(!table.contains("Wheel torque"), "{table}");
+    let row = table.split("Accel x").nth(1).unwrap();
+    let cells: Vec<&str> = row
+        .split(['<', '>'])
+        .filter(|cell| cell.starts_with(|c: char| c.is_ascii_digit()))
+        .collect();
+    let noise: f64 = cells[1].split_whitespace().next().unwrap().parse().unwrap();
+    assert!(noise > 0.0, "{cells:?}");
+}
+
 /// What a log cannot tell is a verdict with its reason, not a failure: too short, or by its motion alone where it never turns, start
 /// given or not.
 #[test]
@@ -387,23 +424,10 @@ fn gap_says_what_a_poor_log_cannot_tell() {
     let log = std::fs::read_to_string(logs().join("drive.csv")).unwrap();
     let short: Vec<_> = log.lines().take(13).collect();
     std::fs::write(folder.join("short.csv"), short.join("\n") + "\n").unwrap();
-    let without_torque = |line: &str| {
-        let cells: Vec<_> = line.split(',').collect();
-        [&cells[..6], &cells[10..]].concat().join(",") + "\n"
-    };
-    std::fs::write(
-        folder.join("no_torque.csv"),
-        log.lines().map(without_torque).collect::<String>(),
-    )
-    .unwrap();
+    std::fs::write(folder.join("no_torque.csv"), without_torques(&log)).unwrap();
     let rover = std::fs::read_to_string(logs().join("rover.toml")).unwrap();
     std::fs::write(folder.join("rover.toml"), &rover).unwrap();
-    let start = "[terrain]\nstart = \"lean_clay_22\"\n";
-    std::fs::write(
-        folder.join("start.toml"),
-        rover.replace("[terrain]\n", start),
-    )
-    .unwrap();
+    std::fs::write(folder.join("start.toml"), started(&rover)).unwrap();
     for (log, options, why) in [
         ("short.csv", "", "usable values"),
         ("no_torque.csv", "--motion-only", "no turning"),

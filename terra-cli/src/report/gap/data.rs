@@ -71,9 +71,14 @@ fn channels(d: &Diagnosis) -> Table {
         for o in &d.data.observations {
             for (k, channel) in o.channels.iter().enumerate() {
                 if *channel == c {
-                    sds.extend(o.raw_sd.get(k));
+                    // A rig's raw quantities begin with the values it has, a vehicle's with those of all channels.
+                    let place = if d.kind == LogKind::Rig { k } else { c };
+                    sds.extend(o.raw_sd.get(place));
                 }
             }
+        }
+        if sds.is_empty() {
+            continue;
         }
         sds.sort_by(f64::total_cmp);
         let q = quantity(&info.name, info.unit);
