@@ -83,7 +83,7 @@ fn each_effect_shows_in_its_channels_and_in_no_other() {
         let found = changed(&base, name, e);
         seen += 1;
         if effect.touches() == [Touch::Sensor] {
-            let own = ["torque", "ground speed", "accel x"]
+            let own = ["torque", "ground speed", "accel x", "yaw rate"]
                 .into_iter()
                 .find(|c| name.starts_with(&c.replace(" x", "").replace(' ', "-")))
                 .unwrap();
