@@ -428,6 +428,15 @@ fn gap_says_what_a_poor_log_cannot_tell() {
     let rover = std::fs::read_to_string(logs().join("rover.toml")).unwrap();
     std::fs::write(folder.join("rover.toml"), &rover).unwrap();
     std::fs::write(folder.join("start.toml"), started(&rover)).unwrap();
+    // Where torques are logged motion is not all that there is.
+    std::fs::write(folder.join("drive.csv"), &log).unwrap();
+    let refused = terra(&folder, "gap drive.csv --rover rover.toml --motion-only");
+    assert_eq!(refused.code, 2, "{}", refused.err);
+    assert!(
+        refused.err.contains("without wheel torques"),
+        "{}",
+        refused.err
+    );
     for (log, options, why) in [
         ("short.csv", "", "usable values"),
         ("no_torque.csv", "--motion-only", "no turning"),

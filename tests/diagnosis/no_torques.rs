@@ -3,7 +3,6 @@
 use terra::data::{DriveLog, Rover};
 use terra::gap::{Diagnosis, LogKind, Settings, diagnose_drive};
 use terra::model::Registry;
-
 use terra::sim::simulate_drive;
 
 use crate::magnitude;

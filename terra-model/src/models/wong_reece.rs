@@ -39,6 +39,7 @@ use crate::param::Param;
 use crate::real::{Real, Root};
 use crate::root::MAX_ENTRY_ANGLE;
 use crate::stress::StressField;
+use gradient::STRAIGHT;
 use solve::Start;
 use wheel::{Integrals, Wheel};
 
@@ -134,7 +135,7 @@ impl WongReece {
             solve::rare::<f64, COARSE, FINE>(&wheel, at)?
         } else {
             let start = Start::From(entry_angle.ln());
-            solve::balance::<f64, COARSE, FINE>(&wheel, at, start)?
+            solve::balance::<f64, COARSE, FINE, STRAIGHT>(&wheel, at, start)?
         };
         Ok(Self::named(&wheel, at, entry, integrals))
     }
@@ -152,9 +153,13 @@ impl WongReece {
         let wheel = Self::wheel(p, at)?;
         let (entry, integrals) = match accuracy {
             _ if wheel.lateral.is_some() => solve::rare::<f64, COARSE, FINE>(&wheel, at)?,
-            Accuracy::Default => solve::balance::<f64, 8, 8>(&wheel, at, Start::Guess)?,
-            Accuracy::Fine => solve::balance::<f64, COARSE, FINE>(&wheel, at, Start::Guess)?,
-            Accuracy::Reference => solve::balance::<f64, 8, 24>(&wheel, at, Start::Guess)?,
+            Accuracy::Default => solve::balance::<f64, 8, 8, STRAIGHT>(&wheel, at, Start::Guess)?,
+            Accuracy::Fine => {
+                solve::balance::<f64, COARSE, FINE, STRAIGHT>(&wheel, at, Start::Guess)?
+            }
+            Accuracy::Reference => {
+                solve::balance::<f64, 8, 24, STRAIGHT>(&wheel, at, Start::Guess)?
+            }
         };
         Ok(Self::named(&wheel, at, entry, integrals))
     }
@@ -174,7 +179,7 @@ impl WongReece {
         if wheel.lateral.is_some() {
             return solve::rare::<T, COARSE, FINE>(wheel, at);
         }
-        solve::balance::<T, COARSE, FINE>(wheel, at, Start::Guess)
+        solve::balance::<T, COARSE, FINE, STRAIGHT>(wheel, at, Start::Guess)
     }
 }
 

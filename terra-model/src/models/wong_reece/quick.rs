@@ -2,6 +2,7 @@
 //! forces to a hundredth. Where the soil is about to give way under a braked wheel a load hardly holds its entry angle: there that
 //! is right to 1e-3.
 
+use super::gradient::{SIDEWAYS, STRAIGHT};
 use super::solve::Start;
 use super::wheel::Integrals;
 use super::{WongReece, solve};
@@ -44,10 +45,10 @@ impl TerrainModel for Quick {
         let wheel = WongReece::wheel(p, at)?;
         let from = Start::of(at);
         let (entry, integrals): (T, Integrals<T>) = match (wheel.lateral.is_some(), wheel.braking) {
-            (true, true) => solve::balance_sideways::<T, BRAKED, LAST>(&wheel, at, from)?,
-            (true, false) => solve::balance_sideways::<T, SHORT, LAST>(&wheel, at, from)?,
-            (false, true) => solve::balance::<T, BRAKED, LAST>(&wheel, at, from)?,
-            (false, false) => solve::balance::<T, SHORT, LAST>(&wheel, at, from)?,
+            (true, true) => solve::balance::<T, BRAKED, LAST, SIDEWAYS>(&wheel, at, from)?,
+            (true, false) => solve::balance::<T, SHORT, LAST, SIDEWAYS>(&wheel, at, from)?,
+            (false, true) => solve::balance::<T, BRAKED, LAST, STRAIGHT>(&wheel, at, from)?,
+            (false, false) => solve::balance::<T, SHORT, LAST, STRAIGHT>(&wheel, at, from)?,
         };
         Ok(WongReece::named(&wheel, at, entry, integrals))
     }

@@ -156,8 +156,9 @@ fn iterate<P: Root, const COARSE: usize, const FINE: usize, R>(
     Ok(then(root, integrals, &fine))
 }
 
-/// Solves in any scalar: one pass in the primal, and the partial derivatives there.
-pub(super) fn balance<T: Real, const COARSE: usize, const FINE: usize>(
+/// Solves in any scalar: one pass in the primal, and the partial derivatives there. `SUMS`: [`STRAIGHT`], or of a wheel that slides
+/// [`SIDEWAYS`].
+pub(super) fn balance<T: Real, const COARSE: usize, const FINE: usize, const SUMS: usize>(
     wheel: &Wheel<T>,
     at: &Contact<T>,
     from: Start<T::Primal>,
@@ -166,7 +167,8 @@ pub(super) fn balance<T: Real, const COARSE: usize, const FINE: usize>(
     let (load, slip) = (at.normal_load.primal(), at.slip.primal());
     let carried = at.normal_load / (wheel.radius * wheel.width);
     let asked = wheel.asks();
-    let plain = is_plain::<T>() || !(carried.varies() || asked.contains(&true));
+    let plain = const { SUMS < SIDEWAYS }
+        && (is_plain::<T>() || !(carried.varies() || asked.contains(&true)));
     if let (true, Start::Here(last)) = (const { FINE < QUICK }, from) {
         let (entry, load) = (last.exp(), carried.primal());
         let fine = Integrator::<T::Primal, FINE>::new(&primal, primal.stress());
@@ -179,7 +181,7 @@ pub(super) fn balance<T: Real, const COARSE: usize, const FINE: usize>(
                 return Ok((T::from_primal(root), integrals.map(T::from_primal)));
             }
         } else {
-            let partials = fine.partials::<STRAIGHT>(entry, &asked);
+            let partials = fine.partials::<SUMS>(entry, &asked);
             if is_small(partials.step(load)) {
                 return Ok(partials.balanced(wheel, entry, carried));
             }
@@ -189,31 +191,7 @@ pub(super) fn balance<T: Real, const COARSE: usize, const FINE: usize>(
         if plain {
             return (T::from_primal(entry), integrals.map(T::from_primal));
         }
-        let partials = fine.partials::<STRAIGHT>(entry, &asked);
-        partials.balanced(wheel, entry, carried)
-    })
-}
-
-/// The same of a wheel that slides sideways.
-pub(super) fn balance_sideways<T: Real, const COARSE: usize, const FINE: usize>(
-    wheel: &Wheel<T>,
-    at: &Contact<T>,
-    from: Start<T::Primal>,
-) -> Result<(T, Integrals<T>), ModelError> {
-    let primal = wheel.map(T::primal);
-    let (load, slip) = (at.normal_load.primal(), at.slip.primal());
-    let carried = at.normal_load / (wheel.radius * wheel.width);
-    let asked = wheel.asks();
-    if let (true, Start::Here(last)) = (const { FINE < QUICK }, from) {
-        let entry = last.exp();
-        let fine = Integrator::<T::Primal, FINE>::new(&primal, primal.stress());
-        let partials = fine.partials::<SIDEWAYS>(entry, &asked);
-        if is_small(partials.step(carried.primal())) {
-            return Ok(partials.balanced(wheel, entry, carried));
-        }
-    }
-    iterate::<T::Primal, COARSE, FINE, _>(&primal, load, slip, from, |entry, _, fine| {
-        let partials = fine.partials::<SIDEWAYS>(entry, &asked);
+        let partials = fine.partials::<SUMS>(entry, &asked);
         partials.balanced(wheel, entry, carried)
     })
 }

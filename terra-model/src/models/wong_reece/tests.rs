@@ -1,5 +1,6 @@
 #![allow(clippy::unwrap_used)]
 
+use super::gradient::SIDEWAYS;
 use super::kernel::Integrator;
 use super::solve::{self, Start};
 use super::wheel::Integrals;
@@ -86,7 +87,7 @@ fn a_wheel_that_slides_sideways_has_the_same_slopes_by_both_ways() {
                     let (p, at) = slid(x);
                     let wheel = WongReece::wheel(&p, &at)?;
                     let (entry, found) = if sideways {
-                        solve::balance_sideways::<_, COARSE, FINE>(&wheel, &at, Start::Guess)?
+                        solve::balance::<_, COARSE, FINE, SIDEWAYS>(&wheel, &at, Start::Guess)?
                     } else {
                         solve::rare::<_, COARSE, FINE>(&wheel, &at)?
                     };
