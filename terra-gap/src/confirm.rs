@@ -49,6 +49,7 @@ pub(crate) fn confirm_singles(
 ) -> Vec<Single> {
     let kind = setup.kind;
     let chosen = Contenders::choose(
+        data,
         predictor,
         kind,
         null,
@@ -91,6 +92,10 @@ pub(crate) fn confirm_singles(
                 LogKind::Rig if rank > 0 => vec![near, beside(x, 0.0)],
                 LogKind::Rig => vec![near, beside(x, 0.0), beside(&vec![0.0; base.len()], 1.0)],
                 LogKind::Kinematic => vec![near],
+                // Such soil is no start for an effect that it stands for.
+                LogKind::Drive if chosen.all && before.is_none() => {
+                    vec![beside(x, 0.0), beside(&vec![0.0; base.len()], 1.0)]
+                }
                 // Far from the tangent's own ground a whole step of it lands anywhere: the descent takes as much of it as
                 // helps.
                 LogKind::Drive => vec![match (before, elsewhere) {
@@ -122,7 +127,7 @@ pub(crate) fn confirm_singles(
     let found = singles.iter().flat_map(|(_, w)| w);
     let best = found.max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence));
     let gain = best.map_or(f64::NEG_INFINITY, |b| b.log_evidence) - null_weighed.log_evidence;
-    let lost = |promised: f64| chosen.near && within_reach(promised) + LOST < gain;
+    let lost = |promised: f64| chosen.near && !chosen.all && within_reach(promised) + LOST < gain;
     // Where one of these explains the data there is no need to ask those that only the tangent speaks for, far from the data.
     let explained = best.is_some_and(|b| b.chi2_per_value() < NEAR);
     let asked_still = if explained && chosen.only_if_unexplained {
@@ -179,13 +184,13 @@ fn bases(
 pub(crate) fn tangent_only(hypothesis: Hypothesis, at: &Weighed, score: &Score) -> Weighed {
     let mut fit = at.plain.clone();
     fit.x = fit.x.push(0.0);
-    fit.jacobian = score.beside(&at.plain.jacobian);
+    fit.jacobian = score.beside(&at.plain.jacobian).into();
     (fit.exact, fit.tangent) = (false, true);
     fit.at_bound.push(false);
     let posterior = posterior(&hypothesis, &fit);
     let (low, high) = hypothesis.bounds();
     let to = fit.least_within(&low, &high);
-    fit.residual -= &fit.jacobian * (&to - &fit.x);
+    fit.residual -= &*fit.jacobian * (&to - &fit.x);
     fit.x = to;
     fit.cost = fit.chi2() + fit.x.norm_squared();
     Weighed {

@@ -2,6 +2,7 @@
 
 use terra_model::order::descending;
 
+use crate::dataset::DataSet;
 use crate::hypothesis::Hypothesis;
 use crate::predictor::Predictor;
 use crate::renewal::Before;
@@ -26,6 +27,10 @@ const BY_SCREEN: usize = 2;
 /// cannot win any more.
 const FIRST: usize = 3;
 
+/// Windows of a drive up to which all its effects are fitted: on so few the soil follows what is missing nearly by itself, so far
+/// away that the tangent there may even promise the wrong sign.
+const FEW: usize = 40;
+
 /// Who is fitted.
 pub(crate) struct Contenders {
     /// Rows of the screen, the most promising first.
@@ -38,6 +43,8 @@ pub(crate) struct Contenders {
     pub sure: usize,
     /// Whether the tangent at the nominal fit can be relied on.
     pub near: bool,
+    /// Whether the log is so short that every effect is fitted, and from the prior centre too.
+    pub all: bool,
     /// Where effects were found from the prior centre.
     found: Vec<(usize, Vec<f64>)>,
 }
@@ -45,6 +52,7 @@ pub(crate) struct Contenders {
 impl Contenders {
     /// Chooses them by the screen, by who was there before, and far from the data by a look around.
     pub(crate) fn choose(
+        data: &DataSet,
         predictor: &dyn Predictor,
         kind: LogKind,
         null: &Hypothesis,
@@ -65,6 +73,8 @@ impl Contenders {
             AT_LEAST
         };
         let near = kind != LogKind::Drive || null_weighed.chi2_per_value() < NEAR;
+        let few = kind == LogKind::Drive && data.observations.len() <= FEW;
+        let sure = if few { asked.len() } else { sure };
         let known = |k: usize| previous.is_some_and(|p| p.single(&*asked[k]).is_some());
         // Far from the data the tangent says little: who comes near from elsewhere is confirmed, and stays in the contest.
         let mut found = vec![];
@@ -89,11 +99,11 @@ impl Contenders {
             (chosen, first, true)
         } else {
             // Contrasts on rigs are large and the linear screen may only order work there, never exclude.
-            let all = kind == LogKind::Rig;
+            let all = kind == LogKind::Rig || few;
             let chosen = ranked
                 .filter(|&(rank, k)| all || rank < sure || known(k) || gain(k) > best - WITHIN);
             let chosen: Vec<usize> = chosen.map(|(_, k)| k).collect();
-            let first = if kind == LogKind::Drive && near {
+            let first = if kind == LogKind::Drive && near && !few {
                 FIRST
             } else {
                 chosen.len()
@@ -106,6 +116,7 @@ impl Contenders {
             only_if_unexplained,
             sure,
             near,
+            all: few,
             found,
         }
     }

@@ -85,8 +85,11 @@ impl DataSet {
     #[must_use]
     pub fn subset(&self, keep: &[usize]) -> Self {
         DataSet {
+            channels: self.channels.clone(),
             observations: keep.iter().map(|&i| self.observations[i].clone()).collect(),
-            ..self.clone()
+            dropped: self.dropped.clone(),
+            notes: self.notes.clone(),
+            short_scatter: self.short_scatter.clone(),
         }
     }
 

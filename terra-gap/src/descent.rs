@@ -9,6 +9,8 @@
 //! Transtrum & Sethna 2012, "Improvements to the Levenberg-Marquardt algorithm for nonlinear least-squares minimization",
 //! arXiv:1201.5885.
 
+use std::sync::Arc;
+
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use crate::error::GapError;
@@ -109,7 +111,7 @@ pub(crate) struct Known {
     /// r, where another way ended at this very place.
     pub residual: Option<DVector<f64>>,
     /// -dr/dx.
-    pub jacobian: DMatrix<f64>,
+    pub jacobian: Arc<DMatrix<f64>>,
     /// Whether that is exact, and not of a place nearby or carried along.
     pub exact: bool,
     /// Where the solvers of that other way ended.
@@ -118,7 +120,7 @@ pub(crate) struct Known {
 
 impl Known {
     /// A Jacobian of a place nearby, and what is remembered there.
-    pub(crate) fn nearby(jacobian: DMatrix<f64>, near: &Remembered) -> Self {
+    pub(crate) fn nearby(jacobian: Arc<DMatrix<f64>>, near: &Remembered) -> Self {
         Known {
             residual: None,
             jacobian,
@@ -131,7 +133,7 @@ impl Known {
     pub(crate) fn of_rows(&self, rows: &[usize]) -> Self {
         Known {
             residual: self.residual.as_ref().map(|r| r.select_rows(rows)),
-            jacobian: self.jacobian.select_rows(rows),
+            jacobian: self.jacobian.select_rows(rows).into(),
             exact: self.exact,
             near: self.near.clone(),
         }
@@ -211,8 +213,8 @@ pub(crate) fn descend<R: Residuals>(
             residual: Some(r),
             jacobian,
             ..
-        }) => (r, jacobian),
-        Some(Known { jacobian, .. }) => (problem.value(&start)?, jacobian),
+        }) => (r, Arc::unwrap_or_clone(jacobian)),
+        Some(Known { jacobian, .. }) => (problem.value(&start)?, Arc::unwrap_or_clone(jacobian)),
         None => problem.slopes(&start)?,
     };
     let here = Point::new(start, r);

@@ -1,5 +1,7 @@
 //! The fit of one hypothesis: whitened residuals plus prior, r = L^-1 (y - f(x)), J = -dr/dx exact, down to their least.
 
+use std::sync::Arc;
+
 use nalgebra::{DMatrix, DVector};
 use terra_model::LaneDual;
 
@@ -19,8 +21,8 @@ pub struct Fit {
     pub x: DVector<f64>,
     /// Whitened residual (n).
     pub residual: DVector<f64>,
-    /// Whitened -dr/dx (n x d).
-    pub jacobian: DMatrix<f64>,
+    /// Whitened -dr/dx (n x d), shared: rivals are copied with theirs.
+    pub jacobian: Arc<DMatrix<f64>>,
     /// Whether the Jacobian is the law's own there, and not carried along or a tangent's.
     pub exact: bool,
     /// Whether the residual is a tangent's, and not the law's own.
@@ -51,10 +53,10 @@ impl Fit {
     }
 
     /// What it knows for a fit with the same noise that begins where it ended, with more columns at zero.
-    pub(crate) fn known(&self, jacobian: DMatrix<f64>) -> Known {
+    pub(crate) fn known(&self, jacobian: impl Into<Arc<DMatrix<f64>>>) -> Known {
         Known {
             residual: (!self.tangent).then(|| self.residual.clone()),
-            jacobian,
+            jacobian: jacobian.into(),
             exact: self.exact,
             near: self.near.clone(),
         }
@@ -69,7 +71,7 @@ impl Fit {
                 to[k] = 0.0;
             }
             // What is left for the free ones, all of them at zero.
-            let left = &self.residual - &self.jacobian * (&to - &self.x);
+            let left = &self.residual - &*self.jacobian * (&to - &self.x);
             let slopes = self.jacobian.select_columns(&free);
             let curvature = slopes.tr_mul(&slopes) + DMatrix::identity(free.len(), free.len());
             // Positive definite by construction.
@@ -106,7 +108,7 @@ impl Fit {
     pub(crate) fn of_residual(residual: DVector<f64>) -> Self {
         Fit {
             x: DVector::zeros(0),
-            jacobian: DMatrix::zeros(residual.len(), 0),
+            jacobian: DMatrix::zeros(residual.len(), 0).into(),
             cost: residual.norm_squared(),
             residual,
             exact: true,
@@ -272,7 +274,7 @@ pub(crate) fn fit_near(
     Ok(Fit {
         x,
         residual,
-        jacobian,
+        jacobian: jacobian.into(),
         exact,
         tangent: false,
         cost,
@@ -392,7 +394,7 @@ mod tests {
             Fit {
                 x,
                 residual,
-                jacobian: slopes.clone(),
+                jacobian: slopes.clone().into(),
                 exact: true,
                 tangent: false,
                 cost,
@@ -438,7 +440,7 @@ mod tests {
             let x = DVector::from_element(columns, 0.1);
             Fit {
                 residual: DVector::from_vec(vec![7.0, 2.0, -3.0]),
-                jacobian: slopes.columns(0, columns).into_owned(),
+                jacobian: slopes.columns(0, columns).into_owned().into(),
                 exact: true,
                 tangent: false,
                 cost: 0.0,

@@ -406,7 +406,7 @@ mod tests {
         let fit = |chi2: f64| Fit {
             x: nalgebra::DVector::zeros(2),
             residual: nalgebra::DVector::from_element(200, (chi2 / 200.0_f64).sqrt()),
-            jacobian: nalgebra::DMatrix::zeros(200, 2),
+            jacobian: nalgebra::DMatrix::zeros(200, 2).into(),
             exact: true,
             tangent: false,
             cost: chi2,

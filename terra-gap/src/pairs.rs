@@ -71,7 +71,7 @@ fn by_screen(
             start.extend(magnitudes.map(|m| m.clamp(-3.0, 3.0)));
             let first = screen[a].score.beside(&null.plain.jacobian);
             let both = screen[b].score.beside(&first);
-            (a, b, start, Known::nearby(both, &null.plain.near))
+            (a, b, start, Known::nearby(both.into(), &null.plain.near))
         })
         .collect()
 }

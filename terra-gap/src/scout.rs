@@ -126,7 +126,7 @@ mod tests {
         let at = |cost: f64| Fit {
             x: DVector::zeros(1),
             residual: DVector::zeros(1),
-            jacobian: DMatrix::zeros(1, 1),
+            jacobian: DMatrix::zeros(1, 1).into(),
             exact: true,
             tangent: false,
             cost,

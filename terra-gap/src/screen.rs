@@ -5,6 +5,8 @@
 //! ln B = g²/(2(1+h)) - ln(1+h)/2 \[+ ln 2 + ln Φ(mu/sd), one-sided\], mu = g/(1+h), sd = (1+h)^(-1/2).
 //! The soil imitates nearly everything; without the projection an effect is credited with what a re-fit absorbs.
 
+use std::sync::Arc;
+
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use terra_model::AnyEffect;
 
@@ -21,7 +23,7 @@ pub(crate) fn within_reach(promised: f64) -> f64 {
 
 /// The tangent space of a fit, to be projected out.
 pub(crate) struct Tangent {
-    jacobian: DMatrix<f64>,
+    jacobian: Arc<DMatrix<f64>>,
     information: Option<Cholesky<f64, Dyn>>,
     /// Whitened data around the prior centre, linearised at the fit.
     data: DVector<f64>,
@@ -54,7 +56,7 @@ impl Tangent {
         let d = fit.x.len();
         let h = fit.jacobian.tr_mul(&fit.jacobian) + DMatrix::identity(d, d);
         Tangent {
-            data: &fit.residual + &fit.jacobian * &fit.x,
+            data: &fit.residual + &*fit.jacobian * &fit.x,
             information: Cholesky::new(h),
             jacobian: fit.jacobian.clone(),
         }
@@ -62,7 +64,7 @@ impl Tangent {
 
     fn project(&self, v: &DVector<f64>) -> DVector<f64> {
         match &self.information {
-            Some(h) => v - &self.jacobian * h.solve(&self.jacobian.tr_mul(v)),
+            Some(h) => v - &*self.jacobian * h.solve(&self.jacobian.tr_mul(v)),
             None => v.clone(),
         }
     }

@@ -34,7 +34,7 @@ pub(crate) fn by_the_law(
     let here = evaluate(data, predictor, hypothesis, fit.x.as_slice(), &fit.near)?;
     Ok(Fit {
         residual: whitener.apply_vector(&here.residual),
-        jacobian: whitener.apply(&here.jacobian),
+        jacobian: whitener.apply(&here.jacobian).into(),
         exact: true,
         tangent: false,
         log_det: whitener.log_det,

@@ -146,7 +146,7 @@ fn in_question(known: &Fit) -> f64 {
 /// Whether a fit to few windows ended where another did, or at a cost too much higher to be the lower one on all of them.
 fn is_no_better(other: &Fit, known: &Fit) -> bool {
     let apart = &other.x - &known.x;
-    let distance = (&known.jacobian * &apart).norm_squared() + apart.norm_squared();
+    let distance = (&*known.jacobian * &apart).norm_squared() + apart.norm_squared();
     distance < SAME || other.cost > in_question(known) * known.residual.len() as f64
 }
 
@@ -175,7 +175,7 @@ mod tests {
         Fit {
             x: DVector::from_element(1, x),
             residual: DVector::zeros(100),
-            jacobian: DMatrix::from_fn(100, 1, |row, _| if row == 0 { 3.0 } else { 0.0 }),
+            jacobian: DMatrix::from_fn(100, 1, |row, _| if row == 0 { 3.0 } else { 0.0 }).into(),
             exact: true,
             tangent: false,
             cost,

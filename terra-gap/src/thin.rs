@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 use terra_model::AnyEffect;
 
 use crate::dataset::DataSet;
@@ -44,7 +44,7 @@ impl Begun {
             return (start, None);
         };
         start.push(0.0);
-        let mut beside = self.end.jacobian.clone().insert_column(soil, 0.0);
+        let mut beside = DMatrix::clone(&self.end.jacobian).insert_column(soil, 0.0);
         beside.set_column(soil, column);
         (start, Some(self.end.known(beside)))
     }
@@ -257,7 +257,7 @@ impl Thin {
         let here = evaluate(&self.data, predictor, null, x, &end.near)?;
         let end = Fit {
             residual: noise.apply_vector(&here.residual),
-            jacobian: noise.apply(&here.jacobian),
+            jacobian: noise.apply(&here.jacobian).into(),
             exact: true,
             ..end.clone()
         };
@@ -320,7 +320,7 @@ mod tests {
             end: Fit {
                 x: DVector::from_element(1, 0.3),
                 residual: DVector::from_vec(vec![2.0, 0.0]),
-                jacobian: DMatrix::from_element(2, 1, 1.0),
+                jacobian: DMatrix::from_element(2, 1, 1.0).into(),
                 exact: true,
                 tangent: false,
                 cost: 4.09,

@@ -100,7 +100,7 @@ impl Discrepancy {
 
     /// ln of the evidence gained by giving a fit this discrepancy, amplitudes marginalised with equal weights.
     pub(crate) fn gain(&self, fit: &Fit, amplitudes: &[f64]) -> f64 {
-        let y = &fit.residual + &fit.jacobian * &fit.x;
+        let y = &fit.residual + &*fit.jacobian * &fit.x;
         let known = fit.jacobian.ncols();
         let columns = Columns::new(&y, &fit.jacobian, self);
         let base = columns.log_density(known, 0.0);

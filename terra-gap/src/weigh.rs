@@ -165,7 +165,7 @@ pub(crate) fn weigh_at(
     let fit = Fit {
         cost: residual.norm_squared() + before.x.norm_squared(),
         residual,
-        jacobian: whitener.apply(&here.jacobian),
+        jacobian: whitener.apply(&here.jacobian).into(),
         exact: true,
         tangent: false,
         converged: false,

@@ -9,6 +9,7 @@ mod measured;
 mod no_torques;
 mod own_noise;
 mod properties;
+mod ramp;
 mod rig;
 mod rig_speeds;
 mod rounded;

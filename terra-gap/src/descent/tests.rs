@@ -129,7 +129,7 @@ fn a_carried_jacobian_ends_near_the_exact_end() {
     let near = exact.x.map(|x| x + 0.01);
     let asked = v.slopes.get();
     let j = v.slopes(&near).unwrap().1;
-    let known = Some(Known::nearby(j, &Remembered::default()));
+    let known = Some(Known::nearby(j.into(), &Remembered::default()));
     let carried = descend(&v, WIDE, near.as_slice(), known, Effort::Carried).unwrap();
     assert!(carried.cost - exact.cost < 0.02);
     assert_eq!(v.slopes.get(), asked + 1);
@@ -143,7 +143,7 @@ fn what_is_known_of_a_start_is_not_asked_again() {
     let (residual, jacobian) = v.slopes(&start).unwrap();
     let known = Known {
         residual: Some(residual),
-        jacobian,
+        jacobian: jacobian.into(),
         exact: true,
         near: Remembered::default(),
     };
@@ -295,7 +295,7 @@ fn a_last_step_that_keeps_its_promise_is_the_last() {
         let (residual, jacobian) = v.slopes(&start).unwrap();
         let known = Known {
             residual: Some(residual),
-            jacobian,
+            jacobian: jacobian.into(),
             exact: true,
             near: Remembered::default(),
         };

@@ -84,7 +84,7 @@ fn there(ground: &Ground<'_, '_>, h: &Hypothesis, x: &DVector<f64>, fit: &Fit) -
         at_bound: vec![false; x.len()],
         x: x.clone(),
         residual,
-        jacobian,
+        jacobian: jacobian.into(),
         exact: true,
         ..fit.clone()
     })
@@ -149,7 +149,7 @@ impl Reshaped {
                 break;
             };
             promised += score.log_bayes_factor - price;
-            fit.jacobian = score.beside(&fit.jacobian);
+            fit.jacobian = score.beside(&fit.jacobian).into();
             fit.x = fit.x.push(0.0);
             self.chosen.push(left.swap_remove(k).0);
         }
