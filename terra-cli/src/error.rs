@@ -247,7 +247,7 @@ impl From<GapError> for CliError {
                 message,
                 help: None,
             },
-            GapError::Option { .. } => CliError::Usage {
+            GapError::Option { .. } | GapError::Segment { .. } => CliError::Usage {
                 message,
                 help: None,
             },

@@ -32,9 +32,11 @@ mod way;
 mod window;
 
 pub(crate) use cells::{Line, cells, declared, line};
+pub(crate) use held::Held;
+pub(crate) use own_noise::OwnNoise;
 pub use read::DriveWindows;
 pub(crate) use read::{all_windows, from_log, from_logs};
-pub(crate) use stream::{Slot, Stream};
+pub(crate) use stream::{Slot, Stream, rows};
 pub(crate) use window::{BENT, Reader, SERIES, Taken, bends, channels, short_scatter, usual};
 
 use std::borrow::Borrow;

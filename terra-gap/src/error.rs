@@ -37,6 +37,14 @@ pub enum GapError {
     /// The table of frozen calibrations could not be used.
     #[error("frozen calibrations: {0}")]
     Calibration(String),
+    /// A manoeuvre that the log has not.
+    #[error("the log has no segment '{name}': expected one of {there}")]
+    Segment {
+        /// What was asked for.
+        name: String,
+        /// Those it has.
+        there: String,
+    },
     /// An option outside its legal range.
     #[error("{option} = {value}: expected {expected}")]
     Option {

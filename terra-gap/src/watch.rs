@@ -24,7 +24,7 @@ pub use event::{Hint, Instant, WatchEvent};
 pub use json::watch_json;
 pub use monitor::{Look, WatchStep};
 
-use crate::drive::{BENT, Slot, Stream, bends};
+use crate::drive::{BENT, Held, Slot, Stream, bends, rows};
 use crate::error::GapError;
 use crate::parallel::for_each;
 use baseline::{Learned, learn};
@@ -75,6 +75,11 @@ pub struct Watch {
     rover: Rover,
     registry: Registry,
     settings: WatchSettings,
+    held: Held,
+    /// When the log began \[s\].
+    began: Option<f64>,
+    /// Segments seen while the baseline's was looked for.
+    segments: Vec<String>,
     stream: Stream,
     state: State,
     outside: usize,
@@ -117,6 +122,9 @@ impl Watch {
             rover: rover.clone(),
             registry: registry.clone(),
             settings: settings.clone(),
+            held: Held::default(),
+            began: None,
+            segments: vec![],
             stream: Stream::new(rover)?,
             state: State::Learning(vec![]),
             outside: 0,
@@ -131,22 +139,58 @@ impl Watch {
     /// # Errors
     /// A configuration that makes no sense, or a used channel without noise level.
     pub fn push(&mut self, piece: &DriveLog) -> Result<Vec<WatchStep>, GapError> {
-        let slots = self.stream.push(piece, false)?;
+        self.began = self.began.or_else(|| piece.time.first().copied());
+        // Whether a ground speed is held shows before the baseline is over, wherever pieces end.
+        let ends = match &self.settings.baseline {
+            BaselineSpan::Seconds(s) => self.began.map(|began| began + s),
+            BaselineSpan::Segment(_) => None,
+        };
+        let over = ends.and_then(|ends| piece.time.iter().position(|&t| t >= ends));
+        let mut steps = vec![];
+        match over {
+            Some(row) if self.held.is_open() => {
+                steps.extend(self.read(&rows(piece, 0..row), true)?);
+                steps.extend(self.read(&rows(piece, row..piece.len()), false)?);
+            }
+            _ => steps.extend(self.read(piece, false)?),
+        }
+        Ok(steps)
+    }
+
+    /// The windows that a piece completes; `last` where it is the end of what is looked at for a held ground speed.
+    fn read(&mut self, piece: &DriveLog, last: bool) -> Result<Vec<WatchStep>, GapError> {
+        let piece = self.held.pass(piece, last);
+        let slots = self.stream.push(&piece, false)?;
         self.take(slots)
     }
 
     /// The end of the log: what its unfinished last window shows.
     ///
     /// # Errors
-    /// As [`push`](Self::push).
+    /// As [`push`](Self::push); [`GapError::Segment`] where there is no baseline of that name.
     pub fn finish(&mut self) -> Result<Vec<WatchStep>, GapError> {
+        let mut steps = self.read(&DriveLog::default(), true)?;
         let slots = self.stream.push(&DriveLog::default(), true)?;
-        let mut steps = self.take(slots)?;
+        steps.extend(self.take(slots)?);
         if matches!(self.state, State::Learning(_)) {
             self.learn()?;
         }
-        if let State::Watching(watching) = &mut self.state {
-            steps.extend(watching.1.finish());
+        let nothing = match &mut self.state {
+            State::Watching(watching) => {
+                steps.extend(watching.1.finish());
+                watching.1.watched() == 0
+            }
+            State::Learning(_) | State::Refused(_) => false,
+        };
+        if nothing {
+            let (_, dropped) = self.windows();
+            let mut reason =
+                "no usable window comes after the baseline: nothing was watched".to_owned();
+            for (k, (why, n)) in dropped.iter().enumerate() {
+                reason += if k == 0 { "; left out: " } else { ", " };
+                reason += &format!("{n} {why}");
+            }
+            self.state = State::Refused(reason);
         }
         Ok(steps)
     }
@@ -177,6 +221,14 @@ impl Watch {
         &self.settings
     }
 
+    /// Windows that were looked at after the baseline.
+    pub fn watched(&self) -> usize {
+        match &self.state {
+            State::Watching(watching) => watching.1.watched(),
+            State::Learning(_) | State::Refused(_) => 0,
+        }
+    }
+
     /// Windows seen, and those left out by reason.
     pub fn windows(&self) -> (usize, std::collections::BTreeMap<String, usize>) {
         let mut dropped = self.stream.reader.dropped.clone();
@@ -195,6 +247,9 @@ impl Watch {
             let Some(slot) = slots.next() else {
                 return Ok(vec![]);
             };
+            if learning.is_empty() && self.segments.last() != Some(&slot.segment) {
+                self.segments.push(slot.segment.clone());
+            }
             let over = match &self.settings.baseline {
                 BaselineSpan::Seconds(s) => slot.number as f64 * self.rover.gap.window >= *s - 1e-9,
                 BaselineSpan::Segment(name) => !learning.is_empty() && slot.segment != *name,
@@ -219,12 +274,13 @@ impl Watch {
                 let slots: Vec<Slot> = slots.collect();
                 let read: Vec<_> = for_each(slots.len(), |k| {
                     let slot = &slots[k];
-                    let taken = slot.taken.as_ref()?;
+                    let mut taken = slot.taken.clone()?;
                     if bends(&taken.scatter, &learned.usual) {
                         return Some(Err(true));
                     }
                     let (number, segment) = (slot.number, slot.segment.as_str());
-                    let found = learned.nominal.contribution(taken, number, segment);
+                    learned.own_noise.raise(&mut taken);
+                    let found = learned.nominal.contribution(&taken, number, segment);
                     Some(found.map_err(|_| false))
                 });
                 let mut steps = vec![];
@@ -246,18 +302,23 @@ impl Watch {
             return Ok(());
         };
         if slots.is_empty() {
-            let reason = match &self.settings.baseline {
-                BaselineSpan::Seconds(_) => "the log has no windows".to_owned(),
-                BaselineSpan::Segment(name) => format!("the log has no segment '{name}'"),
-            };
-            self.state = State::Refused(reason);
+            if let BaselineSpan::Segment(name) = &self.settings.baseline
+                && !self.segments.is_empty()
+            {
+                return Err(GapError::Segment {
+                    name: name.clone(),
+                    there: self.segments.join(", "),
+                });
+            }
+            self.state = State::Refused("the log has no windows".to_owned());
             return Ok(());
         }
         let slots = std::mem::take(slots);
         let reader = &self.stream.reader;
         let learned = learn(slots, reader, &self.rover, &self.registry, &self.settings)?;
         self.state = match learned {
-            Ok(learned) => {
+            Ok(mut learned) => {
+                learned.said.notes.extend(self.held.note(""));
                 let monitor = Monitor::new(self.rover.gap.window);
                 State::Watching(Box::new((learned, monitor)))
             }

@@ -224,13 +224,16 @@ fn summary(watch: &Watch, events: &[WatchEvent]) -> String {
             short(z),
             short(100.0 * watch.settings().false_alarms),
         ));
-        for note in b.notes.iter().filter(|n| n.starts_with("the nominal")) {
+        let heed = |n: &&String| n.starts_with("the nominal") || n.contains("is held in between");
+        for note in b.notes.iter().filter(heed) {
             out.push_str(&format!("note: {note}\n"));
         }
     }
-    let (windows, _) = watch.windows();
     if events.is_empty() {
-        out.push_str(&format!("quiet: no gap opens in {windows} windows\n"));
+        out.push_str(&format!(
+            "quiet: no gap opens in the {} windows that were watched after the baseline\n",
+            watch.watched()
+        ));
     }
     for e in events {
         out.push_str(&format!(
@@ -256,7 +259,14 @@ fn summary(watch: &Watch, events: &[WatchEvent]) -> String {
         let hints: Vec<String> = e
             .nearest
             .iter()
-            .map(|h| format!("{} ({} {})", h.effect, short(h.magnitude), h.unit))
+            .map(|h| {
+                let unit = if h.unit == "1" { "" } else { &h.unit };
+                format!(
+                    "{} ({})",
+                    h.effect,
+                    format!("{} {unit}", short(h.magnitude)).trim_end()
+                )
+            })
             .collect();
         out.push_str(&format!(
             "  looks like (no verdict): {}\n",
@@ -264,7 +274,9 @@ fn summary(watch: &Watch, events: &[WatchEvent]) -> String {
         ));
         match &e.closed {
             Some(at) => out.push_str(&format!("  over at t = {} s\n", short(at.time_s))),
-            None => out.push_str("  open at the end of the log\n"),
+            None => out.push_str(
+                "  open at the end of the log: what else changed meanwhile was not looked for\n",
+            ),
         }
     }
     out

@@ -18,7 +18,7 @@ const HELD: (usize, f64) = (20, 0.8);
 
 /// Takes repeated values out of a log that comes in pieces.
 #[derive(Clone, Debug)]
-pub(super) enum Held {
+pub(crate) enum Held {
     /// What has come while the beginning is not over.
     Beginning(Box<DriveLog>),
     /// Nothing is held.
@@ -39,15 +39,28 @@ impl Default for Held {
 
 impl Held {
     /// How many rows a value is held.
-    pub(super) fn rows(&self) -> Option<usize> {
+    fn rows(&self) -> Option<usize> {
         match self {
             Held::For { rows, .. } => Some(*rows),
             Held::Beginning(_) | Held::Not => None,
         }
     }
 
+    /// What to heed where something is held.
+    pub(crate) fn note(&self, prefix: &str) -> Option<String> {
+        let rows = self.rows()?;
+        Some(format!(
+            "{prefix}ground_speed_m_s changes every {rows} rows only: a value that is held in between counts as no reading"
+        ))
+    }
+
+    /// Whether that is not known yet.
+    pub(crate) fn is_open(&self) -> bool {
+        matches!(self, Held::Beginning(_))
+    }
+
     /// What can be read of the log by now, without repeated values; with `last` all of it.
-    pub(super) fn pass<'a>(&mut self, piece: &'a DriveLog, last: bool) -> Cow<'a, DriveLog> {
+    pub(crate) fn pass<'a>(&mut self, piece: &'a DriveLog, last: bool) -> Cow<'a, DriveLog> {
         let mut log = Cow::Borrowed(piece);
         if let Held::Beginning(before) = self {
             if !before.is_empty() {

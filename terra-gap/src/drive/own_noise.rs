@@ -279,24 +279,49 @@ pub(super) fn beyond_of_acceleration(taken: &[Taken]) -> f64 {
     })
 }
 
-/// Raises the noise of the windows to the log's own where that is beyond chance, and says so. Where the rover file does not state
-/// how rough the ground is, only that of the ground speed, which inertia keeps smooth, and of wheel speeds that take back what they
-/// said before, as no ground makes them: the ground scatters all else, and is told from the bends of three windows.
-pub(super) fn raise(taken: &mut [Taken], rough: bool) -> Vec<String> {
-    let mut notes = vec![];
-    for sensor in SENSORS {
-        // On stated roughness they are left to be as uncertain as white noise of their size, which hides small errors of other sensors
-        // too.
-        let counts = !rough && sensor.means == WHEEL;
-        let counted = |rho: f64| counts && rho < -COUNTED;
-        let found = own(taken, &sensor, counts)
-            .filter(|(_, rho, _)| rough || sensor.means == SPEED || counted(*rho));
-        let Some((size, rho, factors)) = found else {
-            continue;
-        };
-        let [of_mean, of_slope] = factors.map(|f| f.max(1.0).sqrt());
-        for t in taken.iter_mut() {
-            let sd = &mut t.observation.raw_sd;
+/// What a log's own noise is beyond the stated one.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct OwnNoise {
+    /// Of these sensors how much more uncertain a window's mean and slope are.
+    beyond: Vec<(usize, [f64; 2])>,
+    /// What is said of it.
+    pub(crate) notes: Vec<String>,
+}
+
+impl OwnNoise {
+    /// Of the windows' sensors where it is beyond chance. Where the rover file does not state how rough the ground is, only that of
+    /// the ground speed, which inertia keeps smooth, and of wheel speeds that take back what they said before, as no ground makes
+    /// them: the ground scatters all else, and is told from the bends of three windows.
+    pub(crate) fn of(taken: &[Taken], rough: bool) -> Self {
+        let mut out = OwnNoise::default();
+        for (number, sensor) in SENSORS.iter().enumerate() {
+            // On stated roughness they are left to be as uncertain as white noise of their size, which hides small errors of other
+            // sensors too.
+            let counts = !rough && sensor.means == WHEEL;
+            let counted = |rho: f64| counts && rho < -COUNTED;
+            let found = own(taken, sensor, counts)
+                .filter(|(_, rho, _)| rough || sensor.means == SPEED || counted(*rho));
+            let Some((size, rho, factors)) = found else {
+                continue;
+            };
+            let [of_mean, of_slope] = factors.map(|f| f.max(1.0).sqrt());
+            let slope = sensor.slopes.map_or(String::new(), |_| {
+                format!(", its slope {of_slope:.2} times")
+            });
+            out.notes.push(format!(
+                "{}: inside the windows its samples scatter {size:.2} times as much as [noise] states and follow each other with a correlation of {rho:.2}: a window's mean is taken {of_mean:.2} times as uncertain as stated{slope}",
+                sensor.name
+            ));
+            out.beyond.push((number, [of_mean, of_slope]));
+        }
+        out
+    }
+
+    /// Makes a window as uncertain as that.
+    pub(crate) fn raise(&self, t: &mut Taken) {
+        let sd = &mut t.observation.raw_sd;
+        for (number, [of_mean, of_slope]) in &self.beyond {
+            let sensor = &SENSORS[*number];
             for k in 0..sensor.series.len() {
                 // Where a channel is not measured its sd is no sensor's.
                 if !t.scatter[sensor.series.start + k].is_finite() {
@@ -311,15 +336,7 @@ pub(super) fn raise(taken: &mut [Taken], rough: bool) -> Vec<String> {
                 }
             }
         }
-        let slope = sensor.slopes.map_or(String::new(), |_| {
-            format!(", its slope {of_slope:.2} times")
-        });
-        notes.push(format!(
-            "{}: inside the windows its samples scatter {size:.2} times as much as [noise] states and follow each other with a correlation of {rho:.2}: a window's mean is taken {of_mean:.2} times as uncertain as stated{slope}",
-            sensor.name
-        ));
     }
-    notes
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@ use terra_data::{DriveLog, Rover, Series};
 use super::DrivePredictor;
 use super::choice::{ALIKE, Choice};
 use super::held::Held;
-use super::own_noise;
+use super::own_noise::{self, OwnNoise};
 use super::rounded;
 use super::spacing::wider;
 use super::stream::Stream;
@@ -101,10 +101,7 @@ impl DriveWindows {
 
     /// What to heed where the ground speed is held between readings.
     pub(crate) fn held(&self, prefix: &str) -> Option<String> {
-        let rows = self.held.rows()?;
-        Some(format!(
-            "{prefix}ground_speed_m_s changes every {rows} rows only: a value that is held in between counts as no reading"
-        ))
+        self.held.note(prefix)
     }
 
     /// What to heed where windows are longer than usual.
@@ -259,7 +256,9 @@ fn joined(
     let mut chosen: Vec<Taken> = choice.into_windows().collect();
     let rough = rover.noise.get("roughness_N").is_some();
     let follows_itself = own_noise::beyond_of_acceleration(&chosen);
-    notes.extend(own_noise::raise(&mut chosen, rough));
+    let own = OwnNoise::of(&chosen, rough);
+    chosen.iter_mut().for_each(|taken| own.raise(taken));
+    notes.extend(own.notes);
     let scatters: Vec<_> = chosen.iter().map(|taken| taken.scatter).collect();
     let usual = usual(&scatters);
     let bent = scatters.iter().map(|s| bends(s, &usual)).collect();

@@ -196,7 +196,7 @@ fn assemble(
 }
 
 /// Some rows of a log.
-pub(super) fn rows(log: &DriveLog, range: Range<usize>) -> DriveLog {
+pub(crate) fn rows(log: &DriveLog, range: Range<usize>) -> DriveLog {
     let one = |s: &Series| -> Series { s.iter().take(range.end).skip(range.start).collect() };
     let within = |row: usize| row.clamp(range.start, range.end) - range.start;
     let segments = log

@@ -70,6 +70,15 @@ pub(crate) fn is_full(t0: f64, time: f64, rover: &Rover) -> bool {
     time >= t0 + rover.gap.window - 1e-9
 }
 
+/// True where samples take less than half a window: what bends the motion there has no room to show itself as a line's scatter.
+fn is_stub(times: &[f64], window: f64) -> bool {
+    let Some((first, last)) = times.first().zip(times.last()) else {
+        return false;
+    };
+    let steps = times.len() as f64 - 1.0;
+    steps > 0.0 && (last - first) * (1.0 + 1.0 / steps) < 0.5 * window - 1e-9
+}
+
 /// The seven channels of a drive, with their typical sizes.
 pub(crate) fn channels(vehicle: &Vehicle<f64>) -> Vec<ChannelInfo> {
     let weight = vehicle.mass * GRAVITY;
@@ -330,6 +339,9 @@ impl Reader {
         // What was before a manoeuvre reaches into its beginning: sensors lag, controllers catch up.
         if std::mem::take(&mut self.first) {
             return Err("the beginning of a manoeuvre".to_owned());
+        }
+        if is_stub(ends, gap.window) {
+            return Err("the end of a manoeuvre, less than half a window".to_owned());
         }
         let v = v.ok_or("window with fewer than two samples of ground speed: a slow sensor wants a larger [gap] window_s")?;
         let wheels: Vec<Line> = log

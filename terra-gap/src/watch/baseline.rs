@@ -14,7 +14,7 @@ use super::{SPANS, WatchSettings};
 use crate::candidates::gate;
 use crate::dataset::DataSet;
 use crate::drive::{
-    DrivePredictor, Reader, SERIES, Slot, Taken, bends, channels, short_scatter, usual,
+    DrivePredictor, OwnNoise, Reader, SERIES, Slot, Taken, bends, channels, short_scatter, usual,
 };
 use crate::error::GapError;
 use crate::hypothesis::Hypothesis;
@@ -79,6 +79,7 @@ pub(crate) struct Learned {
     pub(crate) said: WatchBaseline,
     pub(crate) nominal: Nominal,
     pub(crate) usual: [f64; SERIES],
+    pub(crate) own_noise: OwnNoise,
     /// Of every score.
     pub(crate) scales: Vec<f64>,
     pub(crate) spending: Spending,
@@ -105,10 +106,15 @@ pub(crate) fn learn(
         .collect();
     let scatters: Vec<[f64; SERIES]> = taken.iter().map(|(_, t)| t.scatter).collect();
     let usual = usual(&scatters);
-    let straight: Vec<(usize, Taken)> = taken
+    let mut straight: Vec<(usize, Taken)> = taken
         .into_iter()
         .filter(|(_, t)| !bends(&t.scatter, &usual))
         .collect();
+    let seen: Vec<Taken> = straight.iter().map(|(_, t)| t.clone()).collect();
+    let own_noise = OwnNoise::of(&seen, rover.noise.get("roughness_N").is_some());
+    straight
+        .iter_mut()
+        .for_each(|(_, taken)| own_noise.raise(taken));
     let mut observations = vec![];
     for (k, (_, t)) in straight.iter().enumerate() {
         let mut o = t.observation.clone();
@@ -119,7 +125,7 @@ pub(crate) fn learn(
         channels: channels(&reader.vehicle),
         observations,
         dropped: BTreeMap::new(),
-        notes: vec![],
+        notes: own_noise.notes.clone(),
         short_scatter: short_scatter(&usual, &reader.sensors(), 0.0),
     };
     let windows = straight.iter().map(|(_, t)| t.window.clone()).collect();
@@ -237,6 +243,7 @@ pub(crate) fn learn(
         one_sided: one_sided(&nominal),
         nominal,
         usual,
+        own_noise,
         scales,
         spending,
         names,

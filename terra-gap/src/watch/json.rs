@@ -27,7 +27,7 @@ pub fn watch_json(watch: &Watch, events: &[WatchEvent], provenance: &Provenance)
         },
         "baseline": watch.baseline(),
         "events": events,
-        "data": { "windows": windows, "dropped": dropped },
+        "data": { "windows": windows, "watched": watch.watched(), "dropped": dropped },
         "provenance": {
             "terra": env!("CARGO_PKG_VERSION"),
             "log_sha256": provenance.log_sha256,

@@ -118,6 +118,8 @@ impl Monitor {
         {
             event.closed = Some(at.clone());
             closed = Some(event);
+            // What is over is no part of what may come.
+            self.ring.clear();
         }
         WatchStep {
             at,
@@ -126,6 +128,11 @@ impl Monitor {
             opened,
             closed,
         }
+    }
+
+    /// Windows that were looked at.
+    pub(crate) fn watched(&self) -> usize {
+        self.steps
     }
 
     /// The log is over: an open event stays open, with all that was learned.
@@ -146,7 +153,7 @@ impl Monitor {
         let mut looks = vec![];
         let mut passed: Option<Passed> = None;
         for (s, &windows) in SPANS.iter().enumerate() {
-            if self.steps < windows || !self.steps.is_multiple_of(windows / 5) {
+            if self.ring.len() < windows || !self.steps.is_multiple_of(windows / 5) {
                 continue;
             }
             let threshold = learned.spending.threshold(self.looks[s]);

@@ -19,14 +19,17 @@ use crate::drive::{DrivePredictor, Taken};
 use crate::error::GapError;
 use crate::fit::evaluate_from;
 use crate::hypothesis::Hypothesis;
+use crate::latent::recentre;
 use crate::memory::Memory;
 use crate::noise::NoiseModel;
-use crate::predictor::Predict;
+use crate::predictor::{AnyPredictor, Predictor, RawSlopes, raw_slopes};
 use crate::signatures::{Place, columns};
 
 /// Share of a signature that must be left after the soil is projected out; a score of less would be about rounding and the
 /// model's curvature.
 const LEFT: f64 = 0.01;
+/// How often inputs are moved.
+const ROUNDS: usize = 3;
 
 /// The nominal simulator as the baseline left it.
 pub(crate) struct Nominal {
@@ -88,7 +91,7 @@ impl Nominal {
         number: usize,
         segment: &str,
     ) -> Result<Contribution, GapError> {
-        let data = DataSet {
+        let mut data = DataSet {
             channels: self.channels.clone(),
             observations: vec![taken.observation.clone()],
             dropped: std::collections::BTreeMap::new(),
@@ -96,13 +99,10 @@ impl Nominal {
             short_scatter: vec![],
         };
         let predictor = DrivePredictor::new(self.vehicle, vec![taken.window.clone()], 1);
-        let mut noise = NoiseModel::propagate(&data, &predictor, &self.null, &self.x)?;
-        for (c, variance) in self.roughness.iter().enumerate() {
-            noise.add_channel_variance(&data, c, *variance);
-        }
+        let (predictor, noise) = self.centred(&mut data, predictor)?;
         let whitener = noise.whitener(&data)?;
         let memory = Memory::of(predictor.contacts());
-        let here = evaluate_from(&data, &predictor, &self.null, &self.x, 0, &memory)?;
+        let here = evaluate_from(&data, &*predictor, &self.null, &self.x, 0, &memory)?;
         let near = memory.remembered();
         let r = whitener.apply_vector(&here.residual);
         let j = whitener.apply(&here.jacobian);
@@ -136,7 +136,7 @@ impl Nominal {
                 None => silent.clone(),
             })
             .collect();
-        let (predictor, effects) = (&predictor, &self.effects);
+        let (predictor, effects) = (&*predictor, &self.effects);
         let place = Place {
             x: &self.x,
             near: &near,
@@ -160,6 +160,45 @@ impl Nominal {
                 .map(|c| at(c).map(|k| (here.residual[k], sd(k))))
                 .collect(),
         })
+    }
+}
+
+impl Nominal {
+    /// A window with its inputs where they most probably were under the nominal law, and the noise there. As they were read, their
+    /// noise would be in the residual and in every signature that follows them: what the two have in common adds up.
+    fn centred(
+        &self,
+        data: &mut DataSet,
+        read: DrivePredictor,
+    ) -> Result<(AnyPredictor, NoiseModel), GapError> {
+        let p = self.null.parameters(&self.x);
+        let indices: Vec<usize> = data.observations.iter().map(|o| o.index).collect();
+        let noise = |data: &DataSet, slopes: &[RawSlopes]| {
+            let mut noise = NoiseModel::through(data, slopes);
+            for (c, variance) in self.roughness.iter().enumerate() {
+                noise.add_channel_variance(data, c, *variance);
+            }
+            noise
+        };
+        let mut now = Predictor::with_raw(&read, &[]);
+        let mut slopes = raw_slopes(&*now, &self.null.law, &p, &indices)?;
+        let mut own = noise(data, &slopes);
+        for _ in 0..ROUNDS {
+            let places: (&dyn Predictor, &dyn Predictor) = (&read, &*now);
+            let moved = recentre(data, places, &self.null, &self.x, &own, Some(slopes))?;
+            let (there, found) = moved.take(data);
+            // Without slopes there a window stays as it was read.
+            (now, slopes) = match found {
+                Some(found) => (there, found),
+                None => {
+                    let slopes = raw_slopes(&*there, &self.null.law, &p, &indices)?;
+                    own = noise(data, &slopes);
+                    return Ok((there, own));
+                }
+            };
+            own = noise(data, &slopes);
+        }
+        Ok((now, own))
     }
 }
 
