@@ -28,6 +28,7 @@ use crate::evidence::log_sum_exp;
 use crate::settings::LogKind;
 
 pub use learn::Case;
+pub(crate) use learn::HIGHEST_TEMPERATURE;
 
 /// How raw evidences become probabilities.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

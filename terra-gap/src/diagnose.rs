@@ -193,14 +193,8 @@ pub(crate) fn diagnose(
     };
     let predictor = &*predictor;
     let measured = rivals.measured.as_deref().unwrap_or(measured);
-    let calibration = calibrate(
-        &data,
-        (measured, predictor),
-        setup,
-        settings,
-        &candidates,
-        &rivals,
-    )?;
+    let (calibration, not_calibrated) =
+        calibrate(&data, predictor, setup, settings, &candidates, &rivals)?;
     let n = data.len() as f64;
     let (null, fitted) = (&rivals.null, &rivals.fitted);
     let answers = Answers::new(&rivals, settings, setup);
@@ -264,6 +258,7 @@ pub(crate) fn diagnose(
     let (h, f) = best.map_or((null, fitted), |(h, f)| (h, f));
     let mut heed = heed(rivals.given / n, own_start.then_some((h, f)));
     heed.extend(rivals.heed);
+    heed.extend(not_calibrated);
     heed.extend(by_start.filter(|_| setup.kind == LogKind::Drive));
     heed.extend(measured.assumes().map(str::to_owned));
     heed.extend(

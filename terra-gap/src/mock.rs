@@ -1,7 +1,8 @@
 //! Mock data: what this log would have read if a hypothesis were true.
 //!
 //! The log's own inputs (slip, load, speeds) are taken as the truth, the values are what the hypothesis predicts for them,
-//! and every reading gets its noise. Design, channels and noise are then exactly those of the log that is to be diagnosed.
+//! and every reading gets its noise. Design, channels and noise are then exactly those of the log that is to be diagnosed, but
+//! for observations that have no answer under that hypothesis: these are left out.
 
 use nalgebra::DMatrix;
 use rand::Rng;
@@ -18,9 +19,6 @@ const ROUNDS: usize = 6;
 
 /// A data set and its predictor under a hypothesis at fit vector `x`. `roughness` is the variance beyond the sensors', by
 /// channel.
-///
-/// # Errors
-/// Where the model has no answer.
 pub(crate) fn mock(
     data: &DataSet,
     predictor: &dyn Predictor,
@@ -28,18 +26,26 @@ pub(crate) fn mock(
     x: &[f64],
     roughness: &[f64],
     rng: &mut impl Rng,
-) -> Result<(DataSet, AnyPredictor), GapError> {
+) -> (DataSet, AnyPredictor) {
     let p = hypothesis.parameters(x);
     let mut data = data.clone();
     let mut replaced = vec![];
+    let mut unanswered = vec![];
     for o in &mut data.observations {
         let positions = predictor.value_positions(o.index);
         let mut raw = predictor.raw(o.index);
-        for _ in 0..ROUNDS {
-            let left = predictor.residual(&hypothesis.law, &p, o.index, &raw)?;
-            for (at, (&k, left)) in positions.iter().zip(&left).enumerate() {
-                raw[k] -= left + o.carried.get(at).copied().unwrap_or(0.0);
+        let mut settles = || -> Result<(), GapError> {
+            for _ in 0..ROUNDS {
+                let left = predictor.residual(&hypothesis.law, &p, o.index, &raw)?;
+                for (at, (&k, left)) in positions.iter().zip(&left).enumerate() {
+                    raw[k] -= left + o.carried.get(at).copied().unwrap_or(0.0);
+                }
             }
+            Ok(())
+        };
+        if settles().is_err() {
+            unanswered.push(o.index);
+            continue;
         }
         for (value, sd) in raw.iter_mut().zip(&o.raw_sd) {
             let z: f64 = StandardNormal.sample(rng);
@@ -53,7 +59,8 @@ pub(crate) fn mock(
         o.values = positions.iter().map(|&k| raw[k]).collect();
         replaced.push((o.index, raw));
     }
-    Ok((data, predictor.with_raw(&replaced)))
+    data.observations.retain(|o| !unanswered.contains(&o.index));
+    (data, predictor.with_raw(&replaced))
 }
 
 /// Variance of every channel beyond what the sensors give: the median over observations of what was added to their noise.

@@ -72,7 +72,7 @@ pub(crate) struct Rivals {
 }
 
 impl Rivals {
-    fn all(&self) -> impl Iterator<Item = &Weighed> {
+    pub(crate) fn all(&self) -> impl Iterator<Item = &Weighed> {
         let singles = self.singles.iter().flat_map(|(_, w)| w);
         singles.chain(&self.pairs).chain([&self.null_weighed])
     }

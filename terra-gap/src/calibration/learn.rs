@@ -62,7 +62,7 @@ impl Case {
 
 /// The lowest is 1: on sealed logs evidence says a little less than it could, and on a log whose noise is not as stated that is what
 /// keeps a null from being named.
-const HIGHEST_TEMPERATURE: f64 = 30.0;
+pub(crate) const HIGHEST_TEMPERATURE: f64 = 30.0;
 /// Floors that are tried.
 const FLOORS: [f64; 9] = [0.0, 0.005, 0.01, 0.02, 0.03, 0.05, 0.08, 0.12, 0.2];
 /// Doubts that are tried.
