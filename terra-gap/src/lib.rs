@@ -8,6 +8,7 @@
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::panic))]
 
 mod abreast;
+mod apart;
 mod beside;
 mod calibrate;
 mod calibration;

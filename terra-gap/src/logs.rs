@@ -92,6 +92,18 @@ impl<'a, L> Logs<'a, L> {
         }
     }
 
+    /// The same logs with a soil of their own each, where they share one.
+    pub(crate) fn with_own_soils(&self) -> Option<Self> {
+        let joined = self.joined.as_ref()?;
+        (joined.soil == SoilSharing::Shared).then(|| Logs {
+            each: self.each.clone(),
+            joined: Some(JoinedLogs {
+                soil: SoilSharing::Own,
+                ..joined.clone()
+            }),
+        })
+    }
+
     /// What is said of them; none of one log.
     pub(crate) fn joined(&self) -> Option<JoinedLogs> {
         self.joined.clone()

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use terra_data::{DriveLog, RigLog, Rover};
 use terra_model::{Law, Registry};
 
+use crate::apart::better_apart;
 use crate::contrast::against;
 use crate::dataset::DataSet;
 use crate::diagnose::{Diagnosis, diagnose};
@@ -301,6 +302,7 @@ fn drive_windows(
         .map(DriveWindows::window)
         .fold(rover.gap.window, f64::max);
     let rover = &rover;
+    let compared = sim.is_some();
     let read = |logs: &Logs<'_, DriveWindows>| drive::from_logs(logs, rover, settings.windows);
     let sim = match sim {
         None => None,
@@ -316,6 +318,13 @@ fn drive_windows(
     }
     if !torques {
         diagnosis.notice(BY_ACCELERATIONS.to_owned());
+    }
+    if !compared
+        && diagnosis.verdict != "none"
+        && let Some(own) = logs.with_own_soils()
+        && let Some(line) = better_apart(&diagnosis, read(&own)?, own.labels(), rover, registry)?
+    {
+        diagnosis.notice(line);
     }
     diagnosis.logs = logs.joined();
     Ok(diagnosis)

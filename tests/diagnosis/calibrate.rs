@@ -20,7 +20,11 @@ fn registry() -> Registry {
 }
 
 /// A rover that starts from rest, drives at a walking pace, turns, stops and drives on, on this soil.
-fn with_a_stop(terrain: &str, seed: u64, missing: Option<(&str, f64)>) -> (DriveLog, Rover) {
+pub(crate) fn with_a_stop(
+    terrain: &str,
+    seed: u64,
+    missing: Option<(&str, f64)>,
+) -> (DriveLog, Rover) {
     let (mut rover, registry, _) = example();
     rover.terrain.start = Some(Start::Id("dry_sand".to_owned()));
     let text = format!(

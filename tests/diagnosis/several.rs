@@ -12,6 +12,7 @@ use terra::gap::{
 use terra::model::{Contact, ForceLaw, Registry, catalogue};
 use terra::sim::{EffectSetting, Scenario, simulate_drive};
 
+use crate::calibrate::with_a_stop;
 use crate::{part, probability, total};
 
 /// The effects that the rig's diagnoses weigh: enough for rivals, few enough to be quick.
@@ -392,4 +393,19 @@ fn drive() -> (Rover, Registry, DriveLog) {
 fn cut(log: &DriveLog, at: usize) -> (DriveLog, DriveLog) {
     let row = log.segments[at].rows.start;
     (part(log, 0, row), part(log, row, log.time.len()))
+}
+
+/// Said to be on one soil, and not: what then looks like an effect, or like something unknown, comes with the way out.
+#[test]
+fn logs_of_two_soils_that_are_said_to_share_one_are_told() {
+    let told = |soils: [&str; 2]| {
+        let (one, rover) = with_a_stop(soils[0], 8, None);
+        let (two, _) = with_a_stop(soils[1], 9, None);
+        let logs = [("one", &one), ("two", &two)].map(|(name, log)| Named { name, log });
+        let asked = Settings::of(&rover);
+        let d = diagnose_drives(&logs, &rover, &Registry::builtin(), &asked).unwrap();
+        d.heed.iter().any(|line| line.contains("--soil own"))
+    };
+    assert!(told(["dry_sand", "upland_sandy_loam"]));
+    assert!(!told(["dry_sand", "dry_sand"]));
 }
