@@ -247,7 +247,13 @@ impl From<GapError> for CliError {
                 message,
                 help: None,
             },
-            GapError::Option { .. } | GapError::Segment { .. } => CliError::Usage {
+            GapError::Segment { .. } => CliError::BadData {
+                message,
+                help: Some(
+                    "a baseline is so many seconds, --baseline 30, or a segment of the log".into(),
+                ),
+            },
+            GapError::Option { .. } => CliError::Usage {
                 message,
                 help: None,
             },

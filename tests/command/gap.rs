@@ -203,6 +203,14 @@ fn a_watch_flags_the_patrol_where_the_soil_changes() {
     )
     .ok();
     assert!(short.out.contains("unidentifiable"), "{}", short.out);
+    let misspelt = terra(
+        &at,
+        "gap patrol.csv --rover rover.toml --watch --baseline 30s",
+    );
+    assert_eq!(misspelt.code, 3, "{}", misspelt.err);
+    for words in ["patrol.csv", "'30s'", "faster 1", "--baseline 30"] {
+        assert!(misspelt.err.contains(words), "{}", misspelt.err);
+    }
 }
 
 /// An outside simulator whose wheel law is not the nominal one: what both its log and the real one have is no gap, what only the
