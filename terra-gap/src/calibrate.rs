@@ -103,7 +103,7 @@ pub(crate) fn calibrate(
     }
     let own = Calibration::learn(&cases, &frozen, source);
     if own.temperature >= HIGHEST_TEMPERATURE {
-        let heed = "not calibrated on this log's own design: mock cases at the re-fitted soil are explained by nothing, as the nominal law is far from this log; the calibration is the one that ships";
+        let heed = "not calibrated on this log's own design: in its mock cases other answers say far more than the truth does; the calibration is the one that ships";
         return Ok((frozen, Some(heed.to_owned())));
     }
     let own = Calibration {
@@ -162,8 +162,8 @@ fn draw(
     rng: &mut impl Rng,
 ) -> Option<(String, Hypothesis, DVector<f64>)> {
     let soil = rivals.null.len();
-    let model = |h: &Hypothesis| h.law.model().name().to_owned();
-    let nominal = |w: &&Weighed| w.fitted && model(&w.hypothesis) == model(&rivals.null);
+    // Other soil, and other models, have parameters of their own.
+    let nominal = |w: &&Weighed| w.fitted && Arc::ptr_eq(&w.hypothesis.soil, &rivals.null.soil);
     let best = rivals.all().filter(nominal);
     let best = best.max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence));
     let best = best.unwrap_or(&rivals.null_weighed);
