@@ -130,9 +130,7 @@ fn is_alike(
     drop_unanswered(data, predictor, truth, x);
     let lies = |data: &DataSet| {
         let mut noise = NoiseModel::propagate(data, predictor, truth, x)?;
-        for (c, variance) in roughness.iter().enumerate() {
-            noise.add_channel_variance(data, c, *variance);
-        }
+        noise.add_channel_variances(data, roughness);
         let raw = residual(data, predictor, truth, x)?;
         let whitened = noise.whitener(data)?.apply_vector(&raw);
         let mut next = whitened.iter();

@@ -92,17 +92,20 @@ pub(crate) fn confirm_singles(
                 LogKind::Rig if rank > 0 => vec![near, beside(x, 0.0)],
                 LogKind::Rig => vec![near, beside(x, 0.0), beside(&vec![0.0; base.len()], 1.0)],
                 LogKind::Kinematic => vec![near],
-                // Such soil is no start for an effect that it stands for.
-                LogKind::Drive if chosen.all && before.is_none() => {
-                    vec![beside(x, 0.0), beside(&vec![0.0; base.len()], 1.0)]
-                }
                 // Far from the tangent's own ground a whole step of it lands anywhere: the descent takes as much of it as
                 // helps.
-                LogKind::Drive => vec![match (before, elsewhere) {
-                    (Some((_, before)), _) => before.plain.x.as_slice().to_vec(),
-                    (None, Some(found)) => found.to_vec(),
-                    (None, None) => beside(x, 0.0),
-                }],
+                LogKind::Drive => {
+                    let mut starts = vec![match (before, elsewhere) {
+                        (Some((_, before)), _) => before.plain.x.as_slice().to_vec(),
+                        (None, Some(found)) => found.to_vec(),
+                        (None, None) => beside(x, 0.0),
+                    }];
+                    // Soil that stands for an effect is no start for it.
+                    if chosen.all && before.is_none() {
+                        starts.push(beside(&vec![0.0; base.len()], 1.0));
+                    }
+                    starts
+                }
             };
             let at_the_null = kind == LogKind::Drive && before.is_none() && elsewhere.is_none();
             let known = at_the_null.then(|| score.beyond(&null_weighed.plain, &**effect));

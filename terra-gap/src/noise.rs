@@ -108,6 +108,13 @@ impl NoiseModel {
         }
     }
 
+    /// The same for every channel in turn.
+    pub(crate) fn add_channel_variances(&mut self, data: &DataSet, variances: &[f64]) {
+        for (channel, variance) in variances.iter().enumerate() {
+            self.add_channel_variance(data, channel, *variance);
+        }
+    }
+
     /// What it costs \[nats\] that more variance was added to the channels than to those of another noise: half of what ln det grows
     /// by. What sensors' noise comes to through other slopes costs nothing: it is the same noise of the same sensors.
     ///

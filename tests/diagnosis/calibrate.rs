@@ -19,7 +19,7 @@ fn registry() -> Registry {
     })
 }
 
-/// A rover that starts from rest, drives at a walking pace, turns, stops and drives on, on this soil.
+/// A rover that starts from rest, drives at a walking pace, turns and nearly stops, on this soil.
 pub(crate) fn with_a_stop(
     terrain: &str,
     seed: u64,
@@ -54,11 +54,11 @@ pub(crate) fn with_a_stop(
     (log, rover)
 }
 
-fn settings(rover: &Rover, calibrate: usize) -> Settings {
+fn settings(rover: &Rover) -> Settings {
     Settings {
         effects: Some(ASKED.map(str::to_owned).to_vec()),
         combine: 1,
-        calibrate,
+        calibrate: MOCKS,
         ..Settings::of(rover)
     }
 }
@@ -75,7 +75,7 @@ fn learned(calibration: Option<Calibration>) -> Calibration {
 #[test]
 fn a_log_with_a_stop_has_mock_cases() {
     let (log, rover) = with_a_stop("dry_sand", 3, None);
-    let asked = settings(&rover, MOCKS);
+    let asked = settings(&rover);
     let d = diagnose_drive(&log, &rover, &registry(), &asked).unwrap();
     learned(d.calibration);
     assert_eq!(d.set[0], "none", "{:?}", d.set);
@@ -91,7 +91,7 @@ fn several_logs_are_calibrated_on_their_own_noise() {
     let logs = [("one", &one), ("two", &two)].map(|(name, log)| Named { name, log });
     let asked = Settings {
         soil: SoilSharing::Own,
-        ..settings(&rover, MOCKS)
+        ..settings(&rover)
     };
     let d = diagnose_drives(&logs, &rover, &registry(), &asked).unwrap();
     assert_eq!(d.causes[0].name, "cg-offset");

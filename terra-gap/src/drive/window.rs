@@ -341,7 +341,7 @@ impl Reader {
             return Err("the beginning of a manoeuvre".to_owned());
         }
         if is_stub(ends, gap.window) {
-            return Err("the end of a manoeuvre, less than half a window".to_owned());
+            return Err("samples over less than half a window".to_owned());
         }
         let v = v.ok_or("window with fewer than two samples of ground speed: a slow sensor wants a larger [gap] window_s")?;
         let wheels: Vec<Line> = log

@@ -175,9 +175,7 @@ impl Nominal {
         let indices: Vec<usize> = data.observations.iter().map(|o| o.index).collect();
         let noise = |data: &DataSet, slopes: &[RawSlopes]| {
             let mut noise = NoiseModel::through(data, slopes);
-            for (c, variance) in self.roughness.iter().enumerate() {
-                noise.add_channel_variance(data, c, *variance);
-            }
+            noise.add_channel_variances(data, &self.roughness);
             noise
         };
         let mut now = Predictor::with_raw(&read, &[]);
