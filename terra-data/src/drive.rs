@@ -60,7 +60,7 @@ pub struct DriveLog {
 
 impl DriveLog {
     /// The series that the log has, by contract column.
-    pub(crate) fn channels(&self) -> Vec<(String, &Series)> {
+    pub fn channels(&self) -> Vec<(String, &Series)> {
         let mut all: Vec<(String, &Series)> = Vec::new();
         let fours = [
             ("wheel_speed", "rad_s", Some(&self.wheel_speed)),

@@ -17,6 +17,7 @@
 
 mod abreast;
 mod ahead;
+mod bend;
 mod cells;
 mod choice;
 mod frame;
@@ -31,13 +32,14 @@ mod surface;
 mod way;
 mod window;
 
+pub(crate) use bend::{BENT, bends, usual};
 pub(crate) use cells::{Line, cells, declared, line};
 pub(crate) use held::Held;
 pub(crate) use own_noise::OwnNoise;
 pub use read::DriveWindows;
 pub(crate) use read::{all_windows, from_log, from_logs};
 pub(crate) use stream::{Slot, Stream, rows};
-pub(crate) use window::{BENT, Reader, SERIES, Taken, bends, channels, short_scatter, usual};
+pub(crate) use window::{Reader, SERIES, Taken, channels, short_scatter};
 
 use std::borrow::Borrow;
 use std::ops::Range;

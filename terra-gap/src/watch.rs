@@ -213,7 +213,7 @@ impl Watch {
 
     /// Spans that scores are summed over \[s\].
     pub fn spans_s(&self) -> [f64; 3] {
-        SPANS.map(|n| n as f64 * self.rover.gap.window)
+        SPANS.map(|n| n as f64 * self.stream.window())
     }
 
     /// The settings.
@@ -251,7 +251,7 @@ impl Watch {
                 self.segments.push(slot.segment.clone());
             }
             let over = match &self.settings.baseline {
-                BaselineSpan::Seconds(s) => slot.number as f64 * self.rover.gap.window >= *s - 1e-9,
+                BaselineSpan::Seconds(s) => slot.number as f64 * self.stream.window() >= *s - 1e-9,
                 BaselineSpan::Segment(name) => !learning.is_empty() && slot.segment != *name,
             };
             let inside = match &self.settings.baseline {
@@ -275,7 +275,7 @@ impl Watch {
                 let read: Vec<_> = for_each(slots.len(), |k| {
                     let slot = &slots[k];
                     let mut taken = slot.taken.clone()?;
-                    if bends(&taken.scatter, &learned.usual) {
+                    if bends(&taken, &learned.usual) {
                         return Some(Err(true));
                     }
                     let (number, segment) = (slot.number, slot.segment.as_str());
@@ -314,12 +314,14 @@ impl Watch {
             return Ok(());
         }
         let slots = std::mem::take(slots);
+        self.rover.gap.window = self.stream.window();
         let reader = &self.stream.reader;
         let learned = learn(slots, reader, &self.rover, &self.registry, &self.settings)?;
         self.state = match learned {
             Ok(mut learned) => {
                 learned.said.notes.extend(self.held.note(""));
-                let monitor = Monitor::new(self.rover.gap.window);
+                learned.said.notes.extend(self.stream.widened(""));
+                let monitor = Monitor::new(self.stream.window());
                 State::Watching(Box::new((learned, monitor)))
             }
             Err(reason) => State::Refused(reason),

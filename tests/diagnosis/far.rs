@@ -127,3 +127,16 @@ fn a_rarely_read_ground_speed_makes_windows_longer() {
     rover.gap.window_given = true;
     assert_eq!(diagnosed(&rover).verdict, "unidentifiable");
 }
+
+/// Telemetry of ten rows a second has two in a window of .2 s, which show no line.
+#[test]
+fn a_log_of_few_rows_a_second_makes_windows_longer() {
+    let (rover, registry, mut scenario) = example();
+    scenario.rate = 10.0;
+    let log = simulate_drive(&scenario, &rover, &registry).unwrap().log;
+    let d = diagnose_drive(&log, &rover, &registry, &Settings::of(&rover)).unwrap();
+    let named = &d.causes[0].name;
+    assert_eq!(named, "torque-scale", "{} {:?}", d.verdict, d.reason);
+    let note = "windows of 0.3 s, as rows come too rarely";
+    assert!(d.heed.iter().any(|h| h.contains(note)), "{:?}", d.heed);
+}

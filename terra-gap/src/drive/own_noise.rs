@@ -16,6 +16,7 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
+use super::bend::middle;
 use super::window::{SCATTER_ACCEL, SCATTER_SPEED, SCATTER_WHEEL, SCATTER_YAW, SERIES, Taken};
 use super::{
     ACCEL, AROUND, RAW, SPEED, SPEED_RATE, TORQUE, WHEEL, WHEEL_RATE, YAW_ACCELERATION, YAW_RATE,
@@ -97,8 +98,6 @@ impl Seen {
     /// Leaves out windows with a step or a bend inside, which is no noise: few samples scatter their square the more.
     fn steady(mut self) -> Self {
         let freedoms = |n: usize| n as f64 - 2.0;
-        // Median of chi2 over its freedoms: Wilson and Hilferty's.
-        let middle = |n: usize| (1.0 - 2.0 / (9.0 * freedoms(n))).powi(3);
         let usual = median(self.0.iter().map(|&(n, square, _)| square / middle(n)));
         let most = |n: usize| usual * (1.0 + BEYOND * (2.0 / freedoms(n)).sqrt());
         self.0.retain(|&(n, square, _)| square <= most(n));

@@ -5,13 +5,13 @@ use std::collections::BTreeMap;
 use terra_data::{DriveLog, Rover, Series};
 
 use super::DrivePredictor;
+use super::bend::{BENT, bends, usual};
 use super::choice::{ALIKE, Choice};
 use super::held::Held;
 use super::own_noise::{self, OwnNoise};
 use super::rounded;
-use super::spacing::wider;
 use super::stream::Stream;
-use super::window::{BENT, Sensors, Taken, bends, channels, short_scatter, usual};
+use super::window::{Sensors, Taken, channels, short_scatter};
 use crate::dataset::DataSet;
 use crate::error::GapError;
 use crate::logs::Logs;
@@ -30,10 +30,6 @@ pub struct DriveWindows {
     torques: bool,
     accelerations: bool,
     ground_speed: bool,
-    /// How long windows are usually, until the log's beginning shows whether it reads its ground speed often enough for that.
-    usual: Option<f64>,
-    /// Whether they are longer.
-    wider: bool,
 }
 
 impl DriveWindows {
@@ -52,8 +48,6 @@ impl DriveWindows {
             torques: false,
             accelerations: false,
             ground_speed: false,
-            usual: (!rover.gap.window_given).then_some(rover.gap.window),
-            wider: false,
         })
     }
 
@@ -106,12 +100,7 @@ impl DriveWindows {
 
     /// What to heed where windows are longer than usual.
     pub(crate) fn widened(&self, prefix: &str) -> Option<String> {
-        let window = self.window();
-        self.wider.then(|| {
-            format!(
-                "{prefix}windows of {window:.1} s, as ground_speed_m_s is read too rarely for shorter ones; [gap] window_s sets them"
-            )
-        })
+        self.stream.widened(prefix)
     }
 
     /// What to heed where channels are rounded coarsely.
@@ -147,13 +136,6 @@ impl DriveWindows {
             return Ok(());
         }
         let piece = self.held.pass(piece, last);
-        if !piece.is_empty()
-            && let Some(usual) = self.usual.take()
-            && let Some(wider) = wider(&piece, usual)
-        {
-            self.stream.widen(wider);
-            self.wider = true;
-        }
         for slot in self.stream.push(&piece, last)? {
             if let Some(taken) = slot.taken {
                 self.choice.offer(taken);
@@ -259,9 +241,8 @@ fn joined(
     let own = OwnNoise::of(&chosen, rough);
     chosen.iter_mut().for_each(|taken| own.raise(taken));
     notes.extend(own.notes);
-    let scatters: Vec<_> = chosen.iter().map(|taken| taken.scatter).collect();
-    let usual = usual(&scatters);
-    let bent = scatters.iter().map(|s| bends(s, &usual)).collect();
+    let usual = usual(chosen.iter());
+    let bent = chosen.iter().map(|taken| bends(taken, &usual)).collect();
     let (windows, mut observations): (Vec<_>, Vec<_>) = chosen
         .into_iter()
         .map(|taken| (taken.window, taken.observation))

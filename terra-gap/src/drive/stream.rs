@@ -6,6 +6,7 @@ use std::ops::Range;
 
 use terra_data::{DriveLog, Rover, Segment, Series};
 
+use super::spacing::{Wider, wider};
 use super::window::{Going, Reader, Taken, is_full};
 use crate::error::GapError;
 
@@ -22,7 +23,7 @@ pub(crate) struct Slot {
 /// Windows that a window waits for.
 const FOLLOW: usize = 2;
 
-/// Cuts pieces of a log into windows. Where the pieces end does not matter.
+/// Cuts pieces of a log into windows. Where the pieces end does not matter, but that the first shows how often the log is read.
 #[derive(Clone, Debug)]
 pub(crate) struct Stream {
     rover: Rover,
@@ -38,6 +39,10 @@ pub(crate) struct Stream {
     waiting: VecDeque<(Slot, Option<Going>)>,
     /// The speed of the window before these.
     before: Option<Going>,
+    /// Whether it is yet to be seen how often the log is read; not where the rover file says how long windows are.
+    open: bool,
+    /// Longer windows than usual.
+    wider: Option<Wider>,
 }
 
 impl Stream {
@@ -53,13 +58,14 @@ impl Stream {
             windows: 0,
             waiting: VecDeque::new(),
             before: None,
+            open: !rover.gap.window_given,
+            wider: None,
         })
     }
 
-    /// Makes windows so long \[s\].
-    pub(crate) fn widen(&mut self, window: f64) {
-        self.rover.gap.window = window;
-        self.reader.widen(window);
+    /// What to heed where windows are longer than usual.
+    pub(crate) fn widened(&self, prefix: &str) -> Option<String> {
+        self.wider.as_ref().map(|wider| wider.note(prefix))
     }
 
     /// How long they are.
@@ -75,6 +81,13 @@ impl Stream {
     pub(crate) fn push(&mut self, piece: &DriveLog, last: bool) -> Result<Vec<Slot>, GapError> {
         if !piece.is_empty() {
             self.reader.needs_noise_of(piece)?;
+            if std::mem::take(&mut self.open)
+                && let Some(wider) = wider(piece, self.window())
+            {
+                self.rover.gap.window = wider.window;
+                self.reader.widen(wider.window);
+                self.wider = Some(wider);
+            }
         }
         let log = if self.rest.is_empty() {
             Cow::Borrowed(piece)

@@ -15,11 +15,7 @@ use super::{
 };
 use crate::dataset::{ChannelInfo, Factors, Observation};
 use crate::error::GapError;
-use crate::rig::median;
 
-/// How many times more than in the median window a channel may scatter around its line. A step inside a window has a mean
-/// motion but not the mean forces of it.
-const BENDS: f64 = 4.0;
 /// Change of a wheel's slip within a window above which forces are averaged over it.
 const SLIP_CHANGE: f64 = 0.03;
 /// Variance of a window's mean by that inside it, of ground that forgets within 50 ms; one that fluctuates evenly up to 10 Hz has
@@ -38,8 +34,6 @@ pub(super) const SCATTER_ACCEL: usize = 4;
 pub(super) const SCATTER_SPEED: usize = 5;
 pub(super) const SCATTER_YAW: usize = 6;
 pub(super) const SCATTER_WHEEL: usize = 7;
-/// Why a bent window is left out.
-pub(crate) const BENT: &str = "a step or an outlier inside the window";
 
 /// True where something jumps as no vehicle's does from one row to the next, speed and wheels, payload and pass, or the slope it
 /// stands on: a run of its own begins, on its own ground.
@@ -100,11 +94,6 @@ pub(crate) fn channels(vehicle: &Vehicle<f64>) -> Vec<ChannelInfo> {
         .chain(body)
         .map(|(name, unit, scale)| ChannelInfo { name, unit, scale })
         .collect()
-}
-
-/// True where a channel scatters far more than it usually does.
-pub(crate) fn bends(scatter: &[f64; SERIES], usual: &[f64; SERIES]) -> bool {
-    scatter.iter().zip(usual).any(|(s, u)| *s > BENDS * u)
 }
 
 /// 1-sigma of each sensor, as far as it is used.
@@ -207,14 +196,6 @@ pub(crate) struct Going {
     slope: f64,
     mean_sd: f64,
     slope_sd: f64,
-}
-
-/// The usual scatter of every channel.
-pub(crate) fn usual(scatters: &[[f64; SERIES]]) -> [f64; SERIES] {
-    std::array::from_fn(|k| {
-        let measured = scatters.iter().map(|s| s[k]).filter(|s| !s.is_nan());
-        median(measured).max(f64::MIN_POSITIVE)
-    })
 }
 
 /// Share of the wheels' speed by which the two sides differ in a turn.
@@ -342,6 +323,12 @@ impl Reader {
         }
         if is_stub(ends, gap.window) {
             return Err("samples over less than half a window".to_owned());
+        }
+        if ends.len() < 3 {
+            return Err(
+                "window of fewer than three rows: a slow log wants a larger [gap] window_s"
+                    .to_owned(),
+            );
         }
         let v = v.ok_or("window with fewer than two samples of ground speed: a slow sensor wants a larger [gap] window_s")?;
         let wheels: Vec<Line> = log
@@ -523,8 +510,8 @@ pub(crate) fn short_scatter(
     sensors: &Sensors,
     follows_itself: f64,
 ) -> Vec<Option<f64>> {
-    // White noise alone scatters by 1 in the mean; .963 is the median of chi2/n for the eighteen freedoms of twenty samples.
-    let beyond = |sd: f64| (usual[SCATTER_ACCEL] / 0.963 - 1.0).max(0.0) * sd * sd * LASTS;
+    // White noise alone scatters by 1.
+    let beyond = |sd: f64| (usual[SCATTER_ACCEL] - 1.0).max(0.0) * sd * sd * LASTS;
     let mut out = vec![None; VALUES];
     out[ACCEL] = sensors.accel.map(|sd| beyond(sd).max(follows_itself));
     out

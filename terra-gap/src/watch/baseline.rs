@@ -104,11 +104,10 @@ pub(crate) fn learn(
         .into_iter()
         .filter_map(|s| Some((s.number, s.taken?)))
         .collect();
-    let scatters: Vec<[f64; SERIES]> = taken.iter().map(|(_, t)| t.scatter).collect();
-    let usual = usual(&scatters);
+    let usual = usual(taken.iter().map(|(_, t)| t));
     let mut straight: Vec<(usize, Taken)> = taken
         .into_iter()
-        .filter(|(_, t)| !bends(&t.scatter, &usual))
+        .filter(|(_, t)| !bends(t, &usual))
         .collect();
     let seen: Vec<Taken> = straight.iter().map(|(_, t)| t.clone()).collect();
     let own_noise = OwnNoise::of(&seen, rover.noise.get("roughness_N").is_some());
