@@ -8,7 +8,7 @@ use crate::calibration::{Calibration, Evidence, Weight, best_behind};
 use crate::candidates::is_instrument;
 use crate::contrast::needs_another_form;
 use crate::evidence::log_sum_exp;
-use crate::forms::FREE;
+use crate::forms::{FREE, is_made};
 use crate::rivals::Rivals;
 use crate::settings::{LogKind, Settings};
 use crate::setup::{ADEQUATE, LOOK_ALIKE, OTHER_SOIL, Setup};
@@ -159,7 +159,7 @@ impl Answers {
         let first_behind = causes.len() - rivals.behind.len();
         // What they are behind: the one cause that says most by another formula.
         let leader = (0..causes.len())
-            .filter(|k| causes[*k].form == FREE)
+            .filter(|k| is_made(&causes[*k].form))
             .max_by(|a, b| {
                 let gain = |k: &usize| causes[*k].log_evidence_gain;
                 gain(a).total_cmp(&gain(b))
@@ -177,7 +177,7 @@ impl Answers {
                 let beside = first.and_then(|k| {
                     let mut all = rivals.beside.iter();
                     let beside =
-                        all.find(|b| b.first == causes[k].name && causes[k].form != FREE)?;
+                        all.find(|b| b.first == causes[k].name && !is_made(&causes[k].form))?;
                     Some((k, beside.share(&c.weighed)))
                 });
                 // A pair that was not fitted has not earned its place, whatever the tangent promises.

@@ -10,7 +10,7 @@ use crate::candidates::Candidates;
 use crate::dataset::DataSet;
 use crate::error::GapError;
 use crate::fit::Fit;
-use crate::forms::{FREE, Ground, Named, ask_again};
+use crate::forms::{Ground, Named, ask_again, is_made};
 use crate::hypothesis::Hypothesis;
 use crate::loads::{self, Doubt};
 use crate::noise::{NoiseModel, Whitener};
@@ -344,7 +344,7 @@ fn reshape(
 /// True for an effect by a formula of its own.
 fn is_free(rival: &Weighed) -> bool {
     let mut effects = rival.hypothesis.effects().iter();
-    effects.any(|e| e.form() == FREE)
+    effects.any(|e| is_made(e.form()))
 }
 
 /// Takes out the pairs that need no second cause, because one cause by another formula explains nearly as much, and gives back

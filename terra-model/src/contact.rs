@@ -145,12 +145,14 @@ pub struct Contact<T> {
     pub slip_angle: T,
     /// Yaw rate of the vehicle \[rad/s\].
     pub yaw_rate: T,
-    /// Path travelled since the log began \[m\].
+    /// Path that the vehicle travelled since the log began \[m\].
     pub path: T,
     /// Earlier passes over this track: 0 on virgin soil, 1 for a rear wheel in its front wheel's rut.
     pub earlier_passes: T,
     /// +1 on the right, -1 on the left, 0 for a rig.
     pub side: T,
+    /// How far the wheel is ahead of the vehicle's centre of mass \[m\], 0 for a rig.
+    pub ahead: T,
     /// Distance between the vehicle's axles \[m\], 0 for a rig.
     pub wheelbase: T,
     /// Time \[s\].
@@ -180,6 +182,7 @@ impl<T: Real> Contact<T> {
             path: zero,
             earlier_passes: zero,
             side: zero,
+            ahead: zero,
             wheelbase: zero,
             time: zero,
             hooks: Hooks::neutral(),
@@ -211,6 +214,7 @@ impl<T: Real> Contact<T> {
             path: f(self.path),
             earlier_passes: f(self.earlier_passes),
             side: f(self.side),
+            ahead: f(self.ahead),
             wheelbase: f(self.wheelbase),
             time: f(self.time),
             hooks: self.hooks.map(f),

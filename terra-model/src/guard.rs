@@ -39,6 +39,7 @@ pub(crate) fn guard(
         ("path", at.path),
         ("earlier_passes", at.earlier_passes),
         ("side", at.side),
+        ("ahead", at.ahead),
         ("wheelbase", at.wheelbase),
         ("time", at.time),
     ];

@@ -63,15 +63,16 @@ impl From<WheelForces<f64>> for Forces {
 }
 
 /// All of a contact but slip, load and motion, to the bit; what differs most often stands first.
-type Shape = [u64; 16];
+type Shape = [u64; 17];
 /// The numbers of a shape that tell sides and passes apart.
-const SIDED: usize = 3;
+const SIDED: usize = 4;
 
 fn shape(at: &Contact<f64>) -> Shape {
     let h = &at.hooks;
     [
         at.side,
         at.earlier_passes,
+        at.ahead,
         at.wheelbase,
         at.radius,
         h.stiffness,
@@ -121,7 +122,7 @@ impl ForceTable {
             usable: true,
             sided: false,
             grids: Vec::new(),
-            waiting: [([0; 16], 0); WAITING],
+            waiting: [([0; 17], 0); WAITING],
             next: 0,
             has_sinkage: true,
         })
@@ -235,6 +236,7 @@ impl ForceTable {
         if !self.sided {
             strange.side = -middle.side;
             strange.earlier_passes = middle.earlier_passes + 1.0;
+            strange.ahead = -middle.ahead - 0.1;
             strange.wheelbase = 1.7 * middle.wheelbase;
         }
         let exact = self.node(&strange);

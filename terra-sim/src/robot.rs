@@ -323,6 +323,7 @@ impl Robot {
                 normal_load: normal[q],
                 radius,
                 width: car.wheel_width,
+                ahead: x,
                 wheelbase: car.wheelbase,
                 pass: around.pass,
                 rut: places

@@ -66,6 +66,8 @@ pub(crate) struct WheelMotion {
     pub(crate) radius: f64,
     /// b \[m\].
     pub(crate) width: f64,
+    /// How far it is ahead of the centre of mass \[m\].
+    pub(crate) ahead: f64,
     /// Distance between the axles \[m\].
     pub(crate) wheelbase: f64,
     /// Pass of the vehicle over this track, from 1.
@@ -104,7 +106,7 @@ impl WheelMotion {
             None => f64::from(self.pass) - if leads { 1.0 } else { 0.0 },
             Some(passes) => f64::from(self.pass - 1) + f64::from(passes),
         };
-        contact.wheelbase = self.wheelbase;
+        (contact.ahead, contact.wheelbase) = (self.ahead, self.wheelbase);
         if self.lateral_speed != 0.0 {
             let along = self.travel_speed.abs().max(STANDSTILL_SPEED);
             contact.slip_angle = self.lateral_speed.atan2(along);
@@ -223,6 +225,7 @@ mod tests {
             normal_load: 245.25,
             radius: 0.254,
             width: 0.15,
+            ahead: 0.3,
             wheelbase: 0.6,
             pass: 1,
             rut: None,

@@ -4,6 +4,7 @@
 
 mod calibrate;
 mod contrast;
+mod edge;
 mod far;
 mod gyro;
 mod measured;

@@ -14,7 +14,7 @@ use crate::part;
 /// When the torque sensors go wrong \[s\].
 const STEP: f64 = 40.0;
 
-fn rover() -> Rover {
+pub(crate) fn rover() -> Rover {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/drive");
     read_rover(folder.join("rover.toml")).unwrap()
 }
@@ -24,7 +24,7 @@ fn even(from: f64, to: f64) -> [Profile; 4] {
 }
 
 /// A patrol of rounds of 15 s: faster, front against rear wheels, slower, without a stop between.
-fn patrol(rounds: usize, seed: u64) -> Scenario {
+pub(crate) fn patrol(rounds: usize, seed: u64) -> Scenario {
     patrol_at(1.0, rounds, seed)
 }
 

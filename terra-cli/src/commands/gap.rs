@@ -256,6 +256,7 @@ fn how_large(d: &Diagnosis, cause: &Cause) -> String {
     let form = match cause.form.as_str() {
         "default" => String::new(),
         "free" => ", by a formula left free".to_owned(),
+        "edge" => ", where another soil begins".to_owned(),
         form => format!(", by the form {form}"),
     };
     let what = match cause.kind {

@@ -268,8 +268,9 @@ impl<S: Real> Stance<S> {
         at.speed = travel.lifted();
         at.wheel_speed = self.wheel[wheel].lifted();
         at.yaw_rate = self.yaw_rate.lifted();
-        at.wheelbase = vehicle.wheelbase.lifted();
-        let aside = self.ahead(wheel) * self.yaw_rate;
+        let ahead = self.ahead(wheel);
+        (at.ahead, at.wheelbase) = (ahead.lifted(), vehicle.wheelbase.lifted());
+        let aside = ahead * self.yaw_rate;
         at.slip_angle = (aside / travel.abs()).atan().lifted();
         at.path = given.path.lifted();
         at.time = given.time.lifted();

@@ -4,12 +4,15 @@
 //! No library holds nature's formula. An effect whose curve is not quite the library's leaves a remainder that a second
 //! effect, another one, or something unknown, would be blamed for. So all of them are asked again with smooth terms that can only
 //! reshape what the effect does ([`free::FreeForm`]). Terms are chosen one by one by their screened gain, and a set of them is
-//! paid for as one choice among all such sets.
+//! paid for as one choice among all such sets. Where nothing follows the drive, the soil may become another one at a place
+//! ([`edge::Edge`]), which is no smooth factor.
 
+mod edge;
 mod free;
 mod reshape;
 mod term;
 
+use edge::EDGE;
 pub(crate) use free::FREE;
 
 use std::sync::Arc;
@@ -27,6 +30,11 @@ use crate::weigh::{Amplitudes, Weighed, contest, weigh};
 
 use reshape::{Origin, Reshaped};
 use term::Regime;
+
+/// True for a form that is made for the log at hand: a formula left free, or another soil from one place on.
+pub(crate) fn is_made(form: &str) -> bool {
+    [FREE, EDGE].contains(&form)
+}
 
 /// Manoeuvres from which a formula can be asked about: on a single ramp slip, speed and path are one variable, and a free
 /// formula would imitate what is in no library.
@@ -195,11 +203,19 @@ pub(crate) fn ask_again(
     }
     let fitted = singles.iter().flat_map(|(_, w)| w).chain(pairs);
     let all = fitted.chain(found.iter().map(|(_, f)| &f.1));
-    if all
+    let nearest = all
         .map(Weighed::chi2_per_value)
-        .fold(f64::INFINITY, f64::min)
-        > UNEXPLAINED
+        .fold(f64::INFINITY, f64::min);
+    let mut edges = vec![];
+    if nearest > UNEXPLAINED
+        && let Some(k) = screen.iter().position(|s| s.name == edge::OF)
+        && before.is_none_or(|before| before.contains(&(screen[k].name.clone(), EDGE.to_owned())))
+        && let Some(effect) = effects.iter().find(|e| e.name() == edge::OF)
     {
+        edges.extend(edge::look(ground, effect, nominal).map(|w| (k, w)));
+    }
+    let with_edges = edges.iter().map(|(_, w)| w.chi2_per_value());
+    if with_edges.fold(nearest, f64::min) > UNEXPLAINED {
         let row = |k: usize| {
             let weighed = singles.iter().find(|(row, w)| *row == k && !w.is_empty());
             let s = &screen[k];
@@ -211,8 +227,14 @@ pub(crate) fn ask_again(
         let rows: Vec<_> = rows.filter(|&k| is_asked(k)).filter_map(row).collect();
         found.extend(look_everywhere(ground, regime, &rows, rival));
     }
-    let asked = found.iter().map(|(k, _)| named(*k)).collect();
-    for (k, (_, w)) in found {
+    let mut asked: Vec<Named> = found.iter().map(|(k, _)| named(*k)).collect();
+    asked.extend(
+        edges
+            .iter()
+            .map(|(k, _)| (screen[*k].name.clone(), EDGE.to_owned())),
+    );
+    let found = found.into_iter().map(|(k, (_, w))| (k, w));
+    for (k, w) in found.chain(edges) {
         match singles
             .iter_mut()
             .find(|(row, all)| *row == k && !all.is_empty())

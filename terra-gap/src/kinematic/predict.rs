@@ -71,6 +71,12 @@ impl KinematicPredictor {
             let mut at = Contact::new(slip, load, vehicle.wheel_radius, vehicle.wheel_width);
             at.wheel_speed = *w;
             at.speed = *w * vehicle.wheel_radius;
+            let front = vehicle.cg_to_front_axle;
+            at.ahead = if q < 2 {
+                front
+            } else {
+                front - vehicle.wheelbase
+            };
             at.wheelbase = vehicle.wheelbase;
             at.path = T::from(window.path);
             at.time = T::from(window.time);

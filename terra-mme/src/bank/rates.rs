@@ -77,6 +77,7 @@ fn wheel(
     at.yaw_rate = x[1];
     at.time = sample.time;
     at.side = if q.is_multiple_of(2) { -1.0 } else { 1.0 };
+    at.ahead = car.cg_to_front_axle - if q < 2 { 0.0 } else { car.wheelbase };
     at.wheelbase = car.wheelbase;
     at.earlier_passes = if (q < 2) == forward { 0.0 } else { 1.0 };
     let f = soil.forces(&at).ok_or(Infeasible)?;

@@ -112,6 +112,7 @@ impl SoilMap {
             other.time = 17.9;
             other.earlier_passes = 1.0;
             other.side = -1.0;
+            other.ahead = 0.4;
             let forces = |at| {
                 self.law
                     .forces(&self.parameters, at)

@@ -68,6 +68,7 @@ pub(super) fn contact(slip: f64, normal_load: f64) -> Contact<f64> {
         path: 3.0,
         earlier_passes: 1.0,
         side: 1.0,
+        ahead: 0.3,
         wheelbase: 0.6,
         time: 2.0,
         ..Contact::new(slip, normal_load, 0.254, 0.15)
@@ -210,6 +211,7 @@ pub(super) fn contact_values<T: Real>(c: &Contact<T>) -> Vec<T> {
         c.path,
         c.earlier_passes,
         c.side,
+        c.ahead,
         c.wheelbase,
         c.time,
     ];

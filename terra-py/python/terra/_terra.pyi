@@ -40,6 +40,7 @@ class Contact:
     path: float
     earlier_passes: float
     side: float
+    ahead: float
     wheelbase: float
     time: float
     stiffness: float

@@ -130,7 +130,7 @@ impl PythonEffect {
         let n = e.len();
         let inputs: Vec<T> = e.iter().copied().chain(numbers(at)).collect();
         let out = T::through(&inputs, &|x| {
-            let mut c = [0.0; 24];
+            let mut c = [0.0; 25];
             c.copy_from_slice(&x[n..]);
             let ask = |py: Python<'_>| {
                 let e = self.magnitudes(py, &x[..n])?;
@@ -139,7 +139,7 @@ impl PythonEffect {
             };
             self.changed("before", x, &CONTACT, &ask, &c)
         });
-        if let Some(row) = out.ok().and_then(|row| <[T; 24]>::try_from(row).ok()) {
+        if let Some(row) = out.ok().and_then(|row| <[T; 25]>::try_from(row).ok()) {
             *at = contact(row, &at.hooks);
         }
     }
@@ -158,9 +158,9 @@ impl PythonEffect {
         let inputs: Vec<T> = e.iter().copied().chain(numbers(at)).chain(old).collect();
         let has_sinkage = forces.sinkage.is_some();
         let out = T::through(&inputs, &|x| {
-            let mut c = [0.0; 24];
-            c.copy_from_slice(&x[n..n + 24]);
-            let f = &x[n + 24..];
+            let mut c = [0.0; 25];
+            c.copy_from_slice(&x[n..n + 25]);
+            let f = &x[n + 25..];
             let ask = |py: Python<'_>| {
                 let e = self.magnitudes(py, &x[..n])?;
                 let given = PyDict::new(py);

@@ -64,7 +64,7 @@ impl PythonModel {
         for (param, value) in self.params.iter().zip(p) {
             values.set_item(param.name, value)?;
         }
-        let mut contact = [0.0; 24];
+        let mut contact = [0.0; 25];
         contact.copy_from_slice(at);
         let answer = self
             .object

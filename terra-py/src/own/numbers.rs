@@ -100,7 +100,7 @@ impl Through for LaneDual {
 }
 
 /// Names of the numbers of a contact, hooks last; [`numbers`] gives them in this order.
-pub(super) const CONTACT: [&str; 24] = [
+pub(super) const CONTACT: [&str; 25] = [
     "slip",
     "normal_load",
     "radius",
@@ -112,6 +112,7 @@ pub(super) const CONTACT: [&str; 24] = [
     "path",
     "earlier_passes",
     "side",
+    "ahead",
     "wheelbase",
     "time",
     "stiffness",
@@ -128,7 +129,7 @@ pub(super) const CONTACT: [&str; 24] = [
 ];
 
 /// The numbers of a contact.
-pub(super) fn numbers<T: Real>(at: &terra_model::Contact<T>) -> [T; 24] {
+pub(super) fn numbers<T: Real>(at: &terra_model::Contact<T>) -> [T; 25] {
     let h = &at.hooks;
     [
         at.slip,
@@ -142,6 +143,7 @@ pub(super) fn numbers<T: Real>(at: &terra_model::Contact<T>) -> [T; 24] {
         at.path,
         at.earlier_passes,
         at.side,
+        at.ahead,
         at.wheelbase,
         at.time,
         h.stiffness,
@@ -159,7 +161,7 @@ pub(super) fn numbers<T: Real>(at: &terra_model::Contact<T>) -> [T; 24] {
 }
 
 /// A contact of these numbers; the sideways slip inside the stress integral of another is kept.
-pub(super) fn contact<T: Real>(n: [T; 24], other: &Hooks<T>) -> terra_model::Contact<T> {
+pub(super) fn contact<T: Real>(n: [T; 25], other: &Hooks<T>) -> terra_model::Contact<T> {
     let [
         slip,
         normal_load,
@@ -172,6 +174,7 @@ pub(super) fn contact<T: Real>(n: [T; 24], other: &Hooks<T>) -> terra_model::Con
         path,
         earlier_passes,
         side,
+        ahead,
         wheelbase,
         time,
         stiffness,
@@ -198,6 +201,7 @@ pub(super) fn contact<T: Real>(n: [T; 24], other: &Hooks<T>) -> terra_model::Con
         path,
         earlier_passes,
         side,
+        ahead,
         wheelbase,
         time,
         hooks: Hooks {
@@ -222,7 +226,7 @@ pub(super) fn contact<T: Real>(n: [T; 24], other: &Hooks<T>) -> terra_model::Con
 
 /// One wheel's contact as Python sees it: `slip`, `normal_load`, `radius`, ... and the hooks, all floats.
 #[pyclass(frozen, module = "terra")]
-pub(crate) struct Contact(pub(super) [f64; 24]);
+pub(crate) struct Contact(pub(super) [f64; 25]);
 
 #[pymethods]
 impl Contact {
