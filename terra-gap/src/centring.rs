@@ -3,7 +3,7 @@
 //! Misfit and prior decide whether a round leads on. What the sensors' noise comes to through other slopes does not: its density
 //! alone would stop every way at a soil that answers slip too weakly.
 
-use crate::dataset::DataSet;
+use crate::dataset::{DataSet, Shift};
 use crate::error::GapError;
 use crate::fit::{Fit, fit_from, residual};
 use crate::hypothesis::Hypothesis;
@@ -114,7 +114,9 @@ impl Nominal<'_, '_> {
         at: &[f64],
         known: bool,
     ) -> Result<Option<(DataSet, Centred)>, GapError> {
-        data.observations.iter_mut().for_each(|o| o.shift.clear());
+        data.observations
+            .iter_mut()
+            .for_each(|o| o.shift = Shift::default());
         let noise = NoiseModel::propagate(&data, self.predictor, self.null, at)?;
         let noise = self.with_roughness(&mut data, self.predictor, noise, at)?;
         let as_read = self.predictor.with_raw(&[]);
@@ -139,7 +141,9 @@ impl Nominal<'_, '_> {
         x: &[f64],
     ) -> Option<(DataSet, Centred)> {
         let mut data = data.clone();
-        data.observations.iter_mut().for_each(|o| o.shift.clear());
+        data.observations
+            .iter_mut()
+            .for_each(|o| o.shift = Shift::default());
         let as_read = self.predictor.with_raw(&[]);
         let found = self.rounds(&mut data, as_read, noise.clone(), x, None, true);
         let (found, _) = found.ok()?;

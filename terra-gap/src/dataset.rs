@@ -22,7 +22,7 @@ pub type Factors = BTreeMap<&'static str, f64>;
 pub(crate) type Ranges = BTreeMap<&'static str, (f64, f64)>;
 
 /// One observation: a rig row or a window of a drive.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Observation {
     /// Its number in the predictor.
     pub index: usize,
@@ -38,25 +38,34 @@ pub struct Observation {
     pub values: Vec<f64>,
     /// 1-sigma of each raw quantity the residual depends on: values first, then inputs.
     pub raw_sd: Vec<f64>,
-    /// What a residual gains for its inputs being taken where they most probably were, one a value; empty where they are taken
-    /// as they were read.
-    pub(crate) shift: Vec<f64>,
+    /// For inputs that are taken where they most probably were.
+    pub(crate) shift: Shift,
     /// What a residual gains for effects that a simulator's log shows too, one a value; empty where it shows none.
     pub(crate) carried: Vec<f64>,
     /// Regime.
     pub factors: Factors,
 }
 
+/// What an observation has beside its predictor where its inputs are taken where they most probably were; nothing where they are
+/// taken as they were read.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Shift {
+    /// What a residual gains, one a value.
+    pub(crate) values: Vec<f64>,
+    /// Slip there, where slip is such an input: along it a wheel law's error is smooth.
+    pub(crate) slip: Option<f64>,
+}
+
 impl Observation {
     /// What each value's residual gains beside the model's own.
     pub(crate) fn added(&self) -> impl Iterator<Item = f64> + '_ {
         let of = |v: &[f64], k: usize| v.get(k).copied().unwrap_or(0.0);
-        (0..self.channels.len()).map(move |k| of(&self.shift, k) + of(&self.carried, k))
+        (0..self.channels.len()).map(move |k| of(&self.shift.values, k) + of(&self.carried, k))
     }
 }
 
 /// Everything measured, with its channels.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct DataSet {
     /// Channels in use.
     pub channels: Vec<ChannelInfo>,

@@ -437,7 +437,7 @@ mod tests {
             channels: vec![0, 1],
             values: vec![0.0; 2],
             raw_sd: vec![],
-            shift: vec![],
+            shift: Default::default(),
             carried: vec![],
             factors: Factors::new(),
         };

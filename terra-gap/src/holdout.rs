@@ -24,6 +24,9 @@ use crate::parallel::for_each;
 use crate::predictor::Predictor;
 use crate::unknown::along;
 
+/// Slips that differ by less are repeats of one.
+const ALIKE: f64 = 0.02;
+
 /// What one group is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum HoldOut {
@@ -112,11 +115,13 @@ pub(crate) fn groups(data: &DataSet, by: HoldOut) -> Vec<(String, Vec<usize>)> {
             .map(|(i, o)| (along(o).unwrap_or(0.0), i))
             .collect();
         ascending(&mut order, |o| o.0);
-        // Repeats of one slip stay together: a range that holds a repeat would see its own answer.
+        // Repeats of one slip stay together: a range that holds a repeat would see its own answer. A ramp's slips are no repeats.
         let mut distinct: Vec<Vec<(f64, usize)>> = vec![];
         for point in order {
             match distinct.last_mut() {
-                Some(last) if last.last().is_some_and(|p| point.0 - p.0 < 0.02) => last.push(point),
+                Some(last) if last.first().is_some_and(|p| point.0 - p.0 < ALIKE) => {
+                    last.push(point)
+                }
                 _ => distinct.push(vec![point]),
             }
         }
@@ -347,6 +352,7 @@ fn ratio_interval(groups: &[(f64, f64)]) -> Option<Interval> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::dataset::{Factors, Observation};
 
     /// Without a share the reason is the one that holds.
     #[test]
@@ -373,6 +379,28 @@ mod tests {
         assert_eq!(share_closed(300.0, 200.0, 200.0, 1.0), Some(1.0));
         assert_eq!(share_closed(300.0, 250.0, 200.0, 1.0), Some(0.5));
         assert_eq!(share_closed(0.0, 0.0, 0.0, 1.0), None);
+    }
+
+    /// A ramp of 400 slips has five ranges, as has a list of a few slips, whose repeats stay together.
+    #[test]
+    fn a_ramp_of_slips_has_five_ranges() {
+        let ranges = |slips: Vec<f64>| {
+            let at = |slip: f64| Observation {
+                factors: Factors::from([("slip", slip)]),
+                ..Observation::default()
+            };
+            let data = DataSet {
+                observations: slips.into_iter().map(at).collect(),
+                ..DataSet::default()
+            };
+            let all = groups(&data, HoldOut::Slip).into_iter();
+            all.map(|(_, members)| members.len()).collect::<Vec<_>>()
+        };
+        let ramp = ranges((0..400).map(|k| 0.02 + 0.001_875 * f64::from(k)).collect());
+        assert_eq!(ramp.len(), 5, "{ramp:?}");
+        assert!(ramp.iter().all(|n| (60..=100).contains(n)), "{ramp:?}");
+        let around = [0.1, 0.2, 0.3, 0.4, 0.5].map(|s| [s - 0.004, s, s + 0.004]);
+        assert_eq!(ranges(around.concat()), [3; 5]);
     }
 
     /// Two groups, by hand: ratio .75, deviations ±.5 around it, each twice as large without its own half of the weight;

@@ -20,7 +20,7 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 
-use crate::dataset::{DataSet, Observation};
+use crate::dataset::{DataSet, Observation, Shift};
 use crate::error::GapError;
 use crate::hypothesis::Hypothesis;
 use crate::memory::Memory;
@@ -35,8 +35,8 @@ const FARTHEST: f64 = 3.0;
 pub(crate) struct Moved {
     /// Predicts there.
     pub(crate) predictor: AnyPredictor,
-    /// What the tangent adds to each observation.
-    shifts: Vec<Vec<f64>>,
+    /// What the tangent adds to each observation, and its slip.
+    shifts: Vec<Shift>,
     /// The slopes there, unless an observation has none and stays as it was measured.
     slopes: Option<Vec<RawSlopes>>,
 }
@@ -113,12 +113,22 @@ pub(crate) fn recentre(
     let slopes = all.then(|| there.into_iter().flatten().collect());
     let kept = |(raw, shift): (Option<DVector<f64>>, &Option<_>)| raw.filter(|_| shift.is_some());
     let found: Vec<_> = sought.into_iter().zip(&shifts).map(kept).collect();
+    let shift =
+        |((shift, raw), &index): ((Option<DVector<f64>>, &Option<DVector<f64>>), &usize)| {
+            shift.map_or_else(Shift::default, |shift| Shift {
+                values: shift.as_slice().to_vec(),
+                slip: raw.as_ref().and_then(|raw| now.slip(index, raw.as_slice())),
+            })
+        };
     let shifts = shifts
         .into_iter()
-        .map(|shift| shift.unwrap_or_else(|| DVector::zeros(0)));
+        .zip(&found)
+        .zip(&indices)
+        .map(shift)
+        .collect();
     Ok(Moved {
         predictor: moved_to(now, &indices, &taken, &found),
-        shifts: shifts.map(|shift| shift.as_slice().to_vec()).collect(),
+        shifts,
         slopes,
     })
 }
@@ -379,7 +389,7 @@ mod tests {
             channels: vec![0],
             values: vec![read[index][0]],
             raw_sd: vec![sd_y, sd_x],
-            shift: vec![],
+            shift: Shift::default(),
             carried: vec![],
             factors: Factors::new(),
         };

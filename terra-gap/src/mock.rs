@@ -8,7 +8,7 @@ use nalgebra::DMatrix;
 use rand::Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-use crate::dataset::DataSet;
+use crate::dataset::{DataSet, Shift};
 use crate::error::GapError;
 use crate::hypothesis::Hypothesis;
 use crate::noise::NoiseModel;
@@ -55,7 +55,7 @@ pub(crate) fn mock(
             let z: f64 = StandardNormal.sample(rng);
             raw[k] += roughness.get(c).copied().unwrap_or(0.0).sqrt() * z;
         }
-        o.shift.clear();
+        o.shift = Shift::default();
         o.values = positions.iter().map(|&k| raw[k]).collect();
         replaced.push((o.index, raw));
     }

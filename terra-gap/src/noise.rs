@@ -268,8 +268,10 @@ const LEFT_OUT: f64 = 1e-13;
 fn discrepancy(data: &DataSet) -> DMatrix<f64> {
     let places: Vec<(usize, usize)> = data.stacked().collect();
     let slip = |row: usize| {
-        let factors = &data.observations[places[row].0].factors;
-        factors.get("slip").copied().unwrap_or(0.0)
+        let o = &data.observations[places[row].0];
+        let read = || o.factors.get("slip").copied();
+        // Where it was read goes with the residual, which would seem smaller than it is.
+        o.shift.slip.or_else(read).unwrap_or(0.0)
     };
     let mut columns: Vec<DVector<f64>> = vec![];
     for (channel, info) in data.channels.iter().enumerate() {
@@ -360,7 +362,7 @@ mod tests {
             channels: channels.to_vec(),
             values: vec![0.0; channels.len()],
             raw_sd: vec![],
-            shift: vec![],
+            shift: Default::default(),
             carried: vec![],
             factors: Factors::new(),
         };

@@ -1,7 +1,7 @@
 //! The nominal model's own best: its soil re-fitted, with the noise that belongs to that fit.
 
 use crate::centring::{Centred, Nominal};
-use crate::dataset::DataSet;
+use crate::dataset::{DataSet, Shift};
 use crate::error::GapError;
 use crate::fit::{Effort, Fit, fit_near, residual};
 use crate::hypothesis::Hypothesis;
@@ -108,7 +108,9 @@ fn settle(
     null: &Hypothesis,
 ) -> Result<Refit, GapError> {
     // A fit before may have moved the inputs; this one begins at what was measured.
-    data.observations.iter_mut().for_each(|o| o.shift.clear());
+    data.observations
+        .iter_mut()
+        .for_each(|o| o.shift = Shift::default());
     let centre = vec![0.0; null.len()];
     let inherited = setup.inherited.as_ref();
     let mut noise = NoiseModel::propagate(data, predictor, null, &centre)?;

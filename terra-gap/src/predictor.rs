@@ -103,6 +103,11 @@ pub(crate) trait Predict: Clone + Sync + Send + 'static {
         vec![]
     }
 
+    /// The slip that raw quantities say, where it is one of them.
+    fn slip(&self, _index: usize, _raw: &[f64]) -> Option<f64> {
+        None
+    }
+
     /// Residual `values - prediction` at raw measurements `raw` and parameters `p` of the law.
     ///
     /// # Errors
@@ -194,6 +199,9 @@ pub(crate) trait Predictor: Sync + Send {
     /// As [`Predict::yielding`].
     fn yielding(&self, index: usize) -> Vec<Yielding>;
 
+    /// As [`Predict::slip`].
+    fn slip(&self, index: usize, raw: &[f64]) -> Option<f64>;
+
     /// As [`Predict::residual`].
     ///
     /// # Errors
@@ -268,6 +276,10 @@ impl<K: Predict> Predictor for K {
 
     fn yielding(&self, index: usize) -> Vec<Yielding> {
         Predict::yielding(self, index)
+    }
+
+    fn slip(&self, index: usize, raw: &[f64]) -> Option<f64> {
+        Predict::slip(self, index, raw)
     }
 
     fn residual(

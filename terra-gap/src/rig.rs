@@ -359,6 +359,10 @@ impl Predict for RigPredictor {
         (0..self.rows[index].values.len()).collect()
     }
 
+    fn slip(&self, index: usize, raw: &[f64]) -> Option<f64> {
+        raw.get(self.rows[index].values.len()).copied()
+    }
+
     fn with_raw(&self, replaced: &[(usize, Vec<f64>)]) -> Self {
         let mut out = self.clone();
         for (index, raw) in replaced {

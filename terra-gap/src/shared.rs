@@ -13,7 +13,7 @@ use std::sync::Arc;
 use terra_model::{AnyEffect, Touch};
 
 use crate::candidates::is_instrument;
-use crate::dataset::DataSet;
+use crate::dataset::{DataSet, Shift};
 use crate::error::GapError;
 use crate::evidence::posterior;
 use crate::fit::{Effort, Fit, fit_near, residual};
@@ -109,7 +109,7 @@ pub(crate) fn carry(data: &mut DataSet, predictor: &dyn Predictor, joined: &Hypo
     let mut without = x.to_vec();
     without[joined.soil_len()..].fill(0.0);
     data.observations.iter_mut().for_each(|o| {
-        o.shift.clear();
+        o.shift = Shift::default();
         o.carried.clear();
     });
     let more = |data: &DataSet| {

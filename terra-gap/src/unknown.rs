@@ -17,13 +17,14 @@ const LINEAR: [&str; 4] = ["load", "speed", "path", "pass"];
 /// Along what a discrepancy is smooth: slip, or where that is no input, as in a log without forces, how sharply the wheels turn.
 const SMOOTH: [&str; 2] = ["slip", "turning"];
 
-/// Where an observation lies along that.
+/// Where an observation lies along that, as it was read.
 pub(crate) fn along(o: &Observation) -> Option<f64> {
     SMOOTH.iter().find_map(|name| o.factors.get(name).copied())
 }
 
 /// Smooth discrepancy features of every channel, in units of its scale, not whitened.
 pub(crate) fn features(data: &DataSet) -> DMatrix<f64> {
+    let along = |o: &Observation| o.shift.slip.or_else(|| along(o));
     let smooth: Vec<f64> = data.observations.iter().filter_map(along).collect();
     let (low, high) = range(&smooth);
     let centres: Vec<f64> = if high - low < 1e-6 {
@@ -230,7 +231,7 @@ mod tests {
                     channels: vec![0],
                     values: vec![0.0],
                     raw_sd: vec![],
-                    shift: vec![],
+                    shift: Default::default(),
                     carried: vec![],
                     factors: crate::dataset::Factors::new(),
                 })

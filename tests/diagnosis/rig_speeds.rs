@@ -137,3 +137,32 @@ fn noise_of_slip_is_taken_at_the_best_explanation() {
     let after = d.waterfall.after.unwrap();
     assert!((0.75..1.25).contains(&after), "{after}");
 }
+
+/// Slips of a ramp, twice, each read with .005 of noise.
+fn dense_ramp(effect: &str, seed: u64) -> Diagnosis {
+    let rover = rig();
+    let text = format!(
+        "seed = {seed}\nrover = \"rig.toml\"\nterrain = \"dry_sand\"\n[[trial]]\nslip = {{ from = 0.02, to = 0.75, steps = 200 }}\n\
+         normal_load_N = 200.0\nrepeats = 2\ntravel_speed_m_s = 0.05\nramp_s = 20.0\n{effect}"
+    );
+    let scenario = Scenario::parse(&text, "scenario.toml").unwrap();
+    let log = simulate_rig(&scenario, &rover, &Registry::builtin());
+    diagnosed(&rover, &log.unwrap().log)
+}
+
+/// The more rows at one load, the less there is for a cause that is not there, and what is there keeps its name. An error of the
+/// law's form along the slip as it was read would go with that slip's noise, row by row.
+#[test]
+fn many_rows_at_one_load_name_nothing_that_is_not_there() {
+    for seed in [1, 2] {
+        let d = dense_ramp("", seed);
+        assert_eq!(d.verdict, "none", "{:?} {:?}", d.set, d.reason);
+        assert!(d.causes.iter().all(|c| c.log_evidence_gain < 2.0));
+    }
+    let d = dense_ramp("[[effect]]\nname = \"torque-bias\"\nmagnitude = -1.5\n", 3);
+    assert_eq!(d.set[0], "torque-bias", "{:?} {:?}", d.set, d.reason);
+    assert!((size(&d) + 1.5).abs() < 0.3, "{}", size(&d));
+    // Two trials whose slips are the same: held out by ranges of slip, of which there are five.
+    let held = d.held_out.as_ref().unwrap();
+    assert!(held.groups >= 2, "{held:?}");
+}

@@ -455,7 +455,7 @@ impl Reader {
             values: measured.iter().map(|&k| raw[k]).collect(),
             channels: measured,
             raw_sd: sd.to_vec(),
-            shift: vec![],
+            shift: Default::default(),
             carried: vec![],
             factors: Factors::from([
                 ("slip", slip),

@@ -132,7 +132,7 @@ pub(crate) fn from_logs(
                     channels: measured.clone(),
                     values: measured.iter().map(|&k| raw[k]).collect(),
                     raw_sd: sd.to_vec(),
-                    shift: vec![],
+                    shift: Default::default(),
                     carried: vec![],
                     factors: Factors::from([
                         ("turning", turning(sides)),

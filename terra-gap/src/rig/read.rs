@@ -179,7 +179,7 @@ pub(crate) fn from_logs(
             channels: present,
             values: r.values.clone(),
             raw_sd,
-            shift: vec![],
+            shift: Default::default(),
             carried: vec![],
             factors,
         });
