@@ -192,9 +192,14 @@ impl<'a> Binder<'a> {
                 return Err(self.absent(&map.from, expected));
             }
         }
-        Ok(self
-            .position(contract)?
-            .map(|index| self.bind(index, contract, None)))
+        let own = self.position(contract)?;
+        if let (None, Some(map)) = (own, map)
+            && self.nearly(&map.from).is_some()
+        {
+            let expected = format!("it for {contract}, as [columns] in the rover file says");
+            return Err(self.absent(&map.from, expected));
+        }
+        Ok(own.map(|index| self.bind(index, contract, None)))
     }
 
     /// A column that must be there.
@@ -262,11 +267,7 @@ impl<'a> Binder<'a> {
 
     /// The error of an absent column, with the unused column of the file whose name comes closest.
     pub(crate) fn absent(&self, name: &str, expected: String) -> DataError {
-        let unused =
-            self.table.header.iter().filter(|h| {
-                find(h).is_none() && !self.rover.columns.values().any(|m| m.from == **h)
-            });
-        let close = nearest(name, unused.map(String::as_str));
+        let close = self.nearly(name);
         let at = close
             .as_ref()
             .and_then(|c| self.table.header.iter().position(|h| h == c));
@@ -278,6 +279,15 @@ impl<'a> Binder<'a> {
                 nearest: close,
             },
         )
+    }
+
+    /// The column of the file that nothing is bound to and that is nearly called so.
+    fn nearly(&self, name: &str) -> Option<String> {
+        let unused =
+            self.table.header.iter().filter(|h| {
+                find(h).is_none() && !self.rover.columns.values().any(|m| m.from == **h)
+            });
+        nearest(name, unused.map(String::as_str))
     }
 
     fn position(&self, name: &str) -> Result<Option<usize>, DataError> {

@@ -7,6 +7,7 @@ use terra_model::{AnyEffect, Law, Registry, Scope, Touch};
 
 use crate::dataset::{DataSet, Ranges};
 use crate::error::GapError;
+use crate::rig::is_bare;
 use crate::settings::{LogKind, Settings};
 use crate::wheel_size::WheelSize;
 
@@ -159,8 +160,7 @@ fn reason_against(
                 && data
                     .observations
                     .iter()
-                    .all(|o| o.condition.contains("smooth"))
-                && rover.wheel.grouser_height == 0.0 =>
+                    .all(|o| is_bare(rover, false, &o.condition)) =>
         {
             "the log declares a smooth wheel"
         }

@@ -29,7 +29,9 @@ pub enum GapError {
     #[error("as the simulator's log: {0}")]
     Simulator(String),
     /// A matrix that must be positive definite is not: an input is degenerate.
-    #[error("covariance of '{what}' is not positive definite")]
+    #[error(
+        "covariance of '{what}' is not positive definite: its noise is beyond what numbers hold; check its units (N, rad/s, slip as a share) and [noise]"
+    )]
     NotPositiveDefinite {
         /// What it belongs to.
         what: String,

@@ -2,8 +2,9 @@
 
 mod read;
 
-pub(crate) use read::{from_log, from_logs, median};
+pub(crate) use read::{from_log, from_logs, is_bare, median, on_one_soil, soils};
 
+use std::borrow::Cow;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -99,15 +100,17 @@ struct Row {
     wheel_speed: f64,
     /// Path since its trial began \[m\]; 0 where the log tells none.
     path: f64,
-    /// Number of its log.
-    log: usize,
+    /// Number of its soil.
+    soil: usize,
+    /// Whether it is said to have no lugs.
+    bare: bool,
 }
 
 /// Predicts rig rows.
 #[derive(Clone, Debug)]
 pub struct RigPredictor {
     rows: Vec<Row>,
-    /// How many logs have a soil of their own.
+    /// How many soils there are.
     soils: usize,
 }
 
@@ -133,6 +136,7 @@ impl RigPredictor {
         row: &Row,
         given: &At<T>,
     ) -> Result<Vec<T>, GapError> {
+        let p = &*without_lugs(law, p, row);
         let (zero, slip) = (T::zero(), given.slip);
         // Rim speed over travel speed is what a speed error changes.
         let braking = slip.select_lt(zero, T::one(), zero);
@@ -210,7 +214,7 @@ impl RigPredictor {
         load: f64,
     ) -> Result<Vec<f64>, GapError> {
         let row = &self.rows[index];
-        let p = of_log(law, p, self.soils, row.log);
+        let p = of_log(law, p, self.soils, row.soil);
         Self::readings(law, &p, row, &At::of(row, slip, load))
     }
 
@@ -237,15 +241,34 @@ impl RigPredictor {
     }
 }
 
+/// The effect of lugs.
+const LUGS: &str = "grousers";
+
+/// The parameters without lugs, where the row's wheel has none.
+fn without_lugs<'p, T: Scalar>(law: &Law, p: &'p [T], row: &Row) -> Cow<'p, [T]> {
+    let mut p = Cow::Borrowed(p);
+    let mut first = law.model().params().len();
+    for effect in law.effects() {
+        let next = first + effect.params().len();
+        if row.bare && effect.name() == LUGS {
+            let own = p.to_mut().iter_mut().take(next).skip(first);
+            own.for_each(|e| *e = T::zero());
+        }
+        first = next;
+    }
+    p
+}
+
 /// What rows have in common that are predicted at once.
-type Kind<'a> = (usize, &'a [Output], WheelData, [bool; 3]);
+type Kind<'a> = (usize, &'a [Output], WheelData, [bool; 4]);
 
 impl abreast::Kind for Kind<'_> {}
 
 impl Row {
     fn kind(&self) -> Kind<'_> {
-        let way = [self.slip < 0.0, self.wheel_speed != 0.0, self.speed > 0.0];
-        (self.log, &self.outputs, self.wheel, way)
+        let moves = [self.wheel_speed != 0.0, self.speed > 0.0];
+        let way = [self.slip < 0.0, moves[0], moves[1], self.bare];
+        (self.soil, &self.outputs, self.wheel, way)
     }
 }
 
@@ -273,7 +296,7 @@ impl RigPredictor {
             path: lift(&|r| r.path),
             earlier_passes: lift(&|r| r.earlier_passes),
         };
-        let p = of_log(law, p, self.soils, first.log);
+        let p = of_log(law, p, self.soils, first.soil);
         let predicted = Self::readings(law, &p, first, &given)?;
         let residual = |(k, f): (usize, &T)| raw(k, side_by_side(&rows, |r| r.values[k])) - *f;
         let residual: Vec<T> = predicted.iter().enumerate().map(residual).collect();
@@ -318,7 +341,7 @@ impl Predict for RigPredictor {
     ) -> Result<Vec<T>, GapError> {
         let row = &self.rows[index];
         let n = row.values.len();
-        let p = of_log(law, p, self.soils, row.log);
+        let p = of_log(law, p, self.soils, row.soil);
         let predicted = Self::readings(law, &p, row, &At::of(row, raw[n], raw[n + 1]))?;
         Ok(raw.iter().zip(predicted).map(|(y, f)| *y - f).collect())
     }

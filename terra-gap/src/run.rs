@@ -1,5 +1,6 @@
 //! From a log and a rover file to a diagnosis.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use terra_data::{DriveLog, RigLog, Rover};
@@ -168,18 +169,49 @@ fn rig_logs(
     settings: &Settings,
 ) -> Result<(Diagnosis, rig::RigPredictor), GapError> {
     let read = rig::from_logs(logs, rover)?;
+    let dropped = read.0.dropped.clone();
     let sim = match sim {
         None => None,
-        Some((sim, same_soil)) => Some((rig::from_log(sim, rover)?, same_soil)),
+        // One law is fitted to it.
+        Some((sim, same_soil)) => Some((rig::from_log(sim, &rig::on_one_soil(rover))?, same_soil)),
     };
-    let labels = logs.labels();
+    let soils = rig::soils(logs, rover);
     let (mut diagnosis, predictor) =
-        with_baseline(read, sim, LogKind::Rig, labels, rover, registry, settings)?;
+        with_baseline(read, sim, LogKind::Rig, &soils, rover, registry, settings)?;
     for (name, log) in logs.iter() {
         diagnosis.heed.extend(contradictions(name, &log.warnings));
     }
+    diagnosis.heed.extend(left_out(&dropped));
+    diagnosis.heed.extend(unmatched(logs, rover));
     diagnosis.logs = logs.joined();
     Ok((diagnosis, predictor))
+}
+
+/// Rows that are not used, each of which was meant to count.
+fn left_out(dropped: &BTreeMap<String, usize>) -> Option<String> {
+    let each = dropped.iter().map(|(why, n)| format!("{n} {why}"));
+    let each: Vec<String> = each.collect();
+    (!each.is_empty()).then(|| format!("rows left out: {}", each.join(", ")))
+}
+
+/// Conditions of the rover file that no row has: perhaps another was meant.
+fn unmatched(logs: &Logs<'_, RigLog>, rover: &Rover) -> Option<String> {
+    let rows = logs.iter().flat_map(|(_, log)| &log.rows);
+    let there: BTreeSet<&str> = rows.map(|row| row.condition.as_str()).collect();
+    let declared = rover.conditions.keys().map(String::as_str);
+    let none: Vec<&str> = declared.filter(|c| !there.contains(c)).collect();
+    let named = there.into_iter().filter(|c| !c.is_empty());
+    let named: Vec<&str> = named.collect();
+    (!none.is_empty()).then(|| {
+        let of_log = match named.is_empty() {
+            true => "the log names none".to_owned(),
+            false => format!("the log's are {}", named.join(", ")),
+        };
+        format!(
+            "[condition] {} of the rover file is in no row: {of_log}",
+            none.join(", ")
+        )
+    })
 }
 
 /// What a log says against itself, by the first of its rows that do.

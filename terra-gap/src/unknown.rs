@@ -2,7 +2,9 @@
 //!
 //! # Equation
 //! y0 ~ N(0, I + J J' + a² Φ Φ'), Φ smooth functions of slip (by motion alone of how sharply the wheels turn) and of load, speed, path
-//! and pass in every channel, whitened; by Woodbury in the few columns of B = \[J, a Φ\]: ln det(I + B'B) and y'y - y'B (I + B'B)^-1 B'y.
+//! and pass, and steps between a rig's conditions, in every channel, whitened; by Woodbury in the few columns of B = \[J, a Φ\]: ln det(I + B'B) and y'y - y'B (I + B'B)^-1 B'y.
+
+use std::collections::BTreeSet;
 
 use nalgebra::{DMatrix, DVector};
 
@@ -51,7 +53,10 @@ pub(crate) fn features(data: &DataSet) -> DMatrix<f64> {
             ))
         })
         .collect();
-    let each = centres.len() + factors.len();
+    let conditions: BTreeSet<&str> = data.observations.iter().map(|o| &*o.condition).collect();
+    let several = conditions.len() > 1;
+    let conditions: Vec<&str> = conditions.into_iter().filter(|_| several).collect();
+    let each = centres.len() + factors.len() + conditions.len();
     let places: Vec<(usize, usize)> = data.stacked().collect();
     DMatrix::from_fn(places.len(), each * data.channels.len(), |row, column| {
         let (i, channel) = places[row];
@@ -68,10 +73,15 @@ pub(crate) fn features(data: &DataSet) -> DMatrix<f64> {
                 // Half the centres overlap any point: sqrt(1/2) keeps the prior variance near scale².
                 scale * (-d * d).exp() * std::f64::consts::FRAC_1_SQRT_2
             }
-            None => {
-                let (name, middle, half) = factors[k - centres.len()];
-                scale * f.get(name).map_or(0.0, |v| (v - middle) / half)
-            }
+            None => match factors.get(k - centres.len()) {
+                Some((name, middle, half)) => {
+                    scale * f.get(name).map_or(0.0, |v| (v - middle) / half)
+                }
+                None => {
+                    let one = conditions[k - centres.len() - factors.len()];
+                    scale * f64::from(observation.condition == one)
+                }
+            },
         }
     })
 }

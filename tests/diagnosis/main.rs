@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout)]
 
 mod calibrate;
+mod conditions;
 mod contrast;
 mod edge;
 mod far;

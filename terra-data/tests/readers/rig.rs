@@ -151,3 +151,17 @@ fn groups_and_side_channels_are_kept() {
     );
     assert!(log.rows.iter().all(|r| r.trial == "all"));
 }
+
+/// A mapped name that is nearly one of the file's is a slip of the pen, which would leave a channel out; a rover file that maps other
+/// names reads a log in our own all the same.
+#[test]
+fn a_misspelt_mapped_name_is_no_missing_channel() {
+    let columns = "[columns]\ntorque_N_m = { from = \"Mx_Nm\" }";
+    let text = |name: &str| format!("slip,normal_load_N,drawbar_pull_N,{name}\n.1,80,2,3\n");
+    let found = |name: &str| read_rig_log_from(text(name).as_bytes(), "log.csv", &rig(columns));
+    let e = format!("{:?}", found("Mx_N_m").unwrap_err());
+    assert!(e.contains("Mx_Nm") && e.contains("Mx_N_m"), "{e}");
+    assert!(found("Mx_Nm").unwrap().rows[0].torque.is_some());
+    assert!(found("torque_N_m").unwrap().rows[0].torque.is_some());
+    assert!(found("note").unwrap().rows[0].torque.is_none());
+}

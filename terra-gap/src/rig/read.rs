@@ -1,14 +1,17 @@
 //! From a rig log to rows with their noise.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
-use terra_data::{RigLog, RigRow, Rover};
+use terra_data::{RigLog, RigRow, Rover, SoilSharing};
 use terra_model::order::ascending;
 
 use super::{Output, RigPredictor, Row};
 use crate::dataset::{ChannelInfo, DataSet, Factors, Observation};
 use crate::error::GapError;
 use crate::logs::Logs;
+
+/// Name of the soil of conditions that share one where others have their own.
+const SHARED: &str = "shared";
 
 /// A row of one of several logs.
 #[derive(Clone, Copy)]
@@ -107,6 +110,8 @@ pub(crate) fn from_logs(
             })
     };
 
+    let soils = soils(logs, rover);
+    let lugs = used.iter().any(|g| has_lugs(rover, &g.row.condition));
     let mut rows = Vec::with_capacity(used.len());
     let mut observations = Vec::with_capacity(used.len());
     for &Given {
@@ -130,7 +135,11 @@ pub(crate) fn from_logs(
                 .or_else(|| wheel_speed(row, wheel.radius))
                 .unwrap_or(0.0),
             path: path.unwrap_or(0.0),
-            log,
+            soil: {
+                let own = soil_of(logs, rover, log, &row.condition);
+                soils.binary_search(&own).unwrap_or(0)
+            },
+            bare: is_bare(rover, lugs, &row.condition),
         };
         let mut raw_sd = vec![];
         let mut present = vec![];
@@ -139,6 +148,13 @@ pub(crate) fn from_logs(
                 r.outputs.push(*output);
                 r.values.push(m.value);
                 let sensor = noise(output.name(), m.sd, &|row| output.of(row).map(|m| m.value))?;
+                if m.sd == Some(0.0) {
+                    return Err(GapError::Mismatch(format!(
+                        "{prefix}line {}: {} is 0, expected a noise above 0: nothing is measured without",
+                        row.line,
+                        sd_column(output.name())
+                    )));
+                }
                 // A sensor's stated noise says nothing of the ground; what rows or repeats scatter by holds both.
                 let stated = m.sd.is_none() && rover.noise.get(output.name()).is_some();
                 let ground = output.roughness().filter(|_| stated);
@@ -207,9 +223,51 @@ pub(crate) fn from_logs(
         },
         RigPredictor {
             rows,
-            soils: logs.soils(),
+            soils: soils.len().max(1),
         },
     ))
+}
+
+/// The name of the soil of a log's rows of one condition.
+fn soil_of(logs: &Logs<'_, RigLog>, rover: &Rover, log: usize, condition: &str) -> String {
+    let own = rover.conditions.get(condition);
+    let own = own.is_some_and(|c| c.soil == SoilSharing::Own);
+    match (logs.labels().get(log), own) {
+        (Some(log), true) => format!("{log}/{condition}"),
+        (Some(log), false) => log.clone(),
+        (None, true) => condition.to_owned(),
+        (None, false) => SHARED.to_owned(),
+    }
+}
+
+/// The names of the soils in alphabetical order; empty where there is one.
+pub(crate) fn soils(logs: &Logs<'_, RigLog>, rover: &Rover) -> Vec<String> {
+    let mut names = BTreeSet::new();
+    for (log, (_, l)) in logs.iter().enumerate() {
+        let of = |row: &RigRow| soil_of(logs, rover, log, &row.condition);
+        names.extend(l.rows.iter().map(of));
+    }
+    let several = names.len() > 1;
+    names.into_iter().filter(|_| several).collect()
+}
+
+/// A rig of which every condition has the same soil.
+pub(crate) fn on_one_soil(rover: &Rover) -> Rover {
+    let mut rover = rover.clone();
+    for condition in rover.conditions.values_mut() {
+        condition.soil = SoilSharing::Shared;
+    }
+    rover
+}
+
+/// Whether the wheel of a condition is said to have lugs.
+fn has_lugs(rover: &Rover, condition: &str) -> bool {
+    rover.wheel_of(condition).grouser_height > 0.0
+}
+
+/// Whether it is said to have none: by its name, or where the wheel of another condition is said to have some.
+pub(crate) fn is_bare(rover: &Rover, others: bool, condition: &str) -> bool {
+    !has_lugs(rover, condition) && (others || condition.contains("smooth"))
 }
 
 /// Path of each row since its trial, or its pass, began \[m\], where every row tells time and travel speed.
