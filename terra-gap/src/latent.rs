@@ -113,19 +113,15 @@ pub(crate) fn recentre(
     let slopes = all.then(|| there.into_iter().flatten().collect());
     let kept = |(raw, shift): (Option<DVector<f64>>, &Option<_>)| raw.filter(|_| shift.is_some());
     let found: Vec<_> = sought.into_iter().zip(&shifts).map(kept).collect();
-    let shift =
-        |((shift, raw), &index): ((Option<DVector<f64>>, &Option<DVector<f64>>), &usize)| {
-            shift.map_or_else(Shift::default, |shift| Shift {
-                values: shift.as_slice().to_vec(),
-                slip: raw.as_ref().and_then(|raw| now.slip(index, raw.as_slice())),
-            })
-        };
-    let shifts = shifts
-        .into_iter()
-        .zip(&found)
-        .zip(&indices)
-        .map(shift)
-        .collect();
+    let shift = |(k, shift): (usize, Option<DVector<f64>>)| {
+        shift.map_or_else(Shift::default, |shift| Shift {
+            values: shift.as_slice().to_vec(),
+            slip: found[k]
+                .as_ref()
+                .and_then(|raw| now.slip(indices[k], raw.as_slice())),
+        })
+    };
+    let shifts = shifts.into_iter().enumerate().map(shift).collect();
     Ok(Moved {
         predictor: moved_to(now, &indices, &taken, &found),
         shifts,

@@ -28,6 +28,8 @@ pub(super) const OF: &str = "terrain-drift";
 
 /// Places that are looked at first, and those of them from which a way to all windows is gone.
 const PLACES: (usize, usize) = (9, 2);
+/// Changes of the cohesion \[prior sd\] from which the best of these are gone on with too.
+const OTHERWISE: [f64; 2] = [-2.0, 2.0];
 /// Smallest length of the change \[m\]: about that of a wheel's contact, and of a window. Where it is less, a place hardly shows
 /// which way is the better one.
 const SHORTEST: f64 = 0.3;
@@ -147,6 +149,7 @@ pub(super) fn look(
     let (paths, ends) = extent(ground.data)?;
     let edge = Edge::new(Arc::clone(effect), ground.null.law.model().hooks(), ends);
     let (changes, sds) = (edge.hooks.len(), edge.params.clone());
+    let cohesion = edge.hooks.iter().position(|h| *h == Hook::Cohesion)?;
     let h = ground.null.with(Arc::new(edge)).ok()?;
     let few = ground.levels.thin.as_ref()?;
     let from = |number: usize| {
@@ -164,12 +167,15 @@ pub(super) fn look(
     // A soil that holds by friction may do in these windows what one does that holds by cohesion.
     let soil = ground.null.len();
     let otherwise = |n: usize| {
-        let (end, sd) = (&roughly[n / 2], if n % 2 == 0 { -2.0 } else { 2.0 });
+        let (end, sd) = (
+            &roughly[n / OTHERWISE.len()],
+            OTHERWISE[n % OTHERWISE.len()],
+        );
         let mut start = end.x.as_slice().to_vec();
-        *start.get_mut(soil + 1)? = sd;
+        start[soil + cohesion] = sd;
         few.end(ground.predictor, &h, &[start], None).ok()
     };
-    let more: Vec<_> = for_each(2 * roughly.len(), otherwise);
+    let more: Vec<_> = for_each(OTHERWISE.len() * roughly.len(), otherwise);
     roughly.extend(more.into_iter().flatten());
     ascending(&mut roughly, |end| end.cost);
     roughly.truncate(PLACES.1);
