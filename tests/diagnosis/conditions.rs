@@ -1,31 +1,11 @@
 //! Conditions of a rig's log: soils of their own, lugs that only some of them have, and what differs between them.
 
-use terra::data::{RigLog, Rover, SoilSharing, parse_rover};
+use terra::data::{RigLog, Rover, SoilSharing};
 use terra::gap::{Diagnosis, Named, Settings, diagnose_rig, diagnose_rigs};
 use terra::model::Registry;
 use terra::sim::{Scenario, simulate_rig};
 
-/// A wheel's rig with these conditions.
-fn rig_of(conditions: &str) -> Rover {
-    let text = format!(
-        r#"
-        [wheel]
-        radius_m = 0.254
-        width_m = 0.15
-        [terrain]
-        model = "wong-reece"
-        start = "dry_sand"
-        [noise]
-        drawbar_pull_N = 0.5
-        torque_N_m = 0.1
-        sinkage_m = 0.001
-        slip = 0.005
-        normal_load_N = 0.5
-        {conditions}
-        "#
-    );
-    parse_rover(&text, "rig.toml").unwrap()
-}
+use crate::rig_with;
 
 /// Two loads, six slips, two repeats of one condition.
 fn part(condition: &str, terrain: &str, effect: &str, seed: u64) -> RigLog {
@@ -44,7 +24,7 @@ fn part(condition: &str, terrain: &str, effect: &str, seed: u64) -> RigLog {
         "#
     );
     let scenario = Scenario::parse(&text, "scenario.toml").unwrap();
-    let simulated = simulate_rig(&scenario, &rig_of(""), &Registry::builtin());
+    let simulated = simulate_rig(&scenario, &rig_with(""), &Registry::builtin());
     simulated.unwrap().log
 }
 
@@ -71,11 +51,11 @@ fn a_condition_has_a_soil_of_its_own_where_that_is_said() {
         part("field", "sandy_loam_15", "", 2),
     );
     let whole = joined(sand.clone(), loam.clone());
-    let apart = diagnosed(&rig_of("[condition.field]\nsoil = \"own\""), &whole);
+    let apart = diagnosed(&rig_with("[condition.field]\nsoil = \"own\""), &whole);
     assert_eq!(apart.verdict, "none", "{:?} {:?}", apart.set, apart.reason);
-    let together = diagnosed(&rig_of(""), &whole);
+    let together = diagnosed(&rig_with(""), &whole);
     assert_ne!(together.verdict, "none", "{:?}", together.set);
-    let rover = rig_of("");
+    let rover = rig_with("");
     let settings = Settings {
         soil: SoilSharing::Own,
         ..Settings::of(&rover)
@@ -105,7 +85,7 @@ fn lugs_are_asked_for_where_a_wheel_has_them() {
     ] {
         let plain = part(other, "dry_sand", "", 3);
         let log = joined(plain, part("lugged", "dry_sand", LUGS, 4));
-        let d = diagnosed(&rig_of(declared), &log);
+        let d = diagnosed(&rig_with(declared), &log);
         assert_eq!(d.set, ["grousers"], "{other}: {:?}", d.reason);
         let weighed = &d.causes[0].weighed;
         let height = weighed.hypothesis.parameters(weighed.plain.x.as_slice());
@@ -117,7 +97,7 @@ fn lugs_are_asked_for_where_a_wheel_has_them() {
 /// Where nobody says what differs between two conditions, that something does is no noise: no smooth function of slip follows it.
 #[test]
 fn conditions_that_differ_are_not_nothing() {
-    let rover = rig_of("[condition.elsewhere]\nsoil = \"shared\"");
+    let rover = rig_with("[condition.elsewhere]\nsoil = \"shared\"");
     let log = joined(part("a", "dry_sand", "", 5), part("b", "dry_sand", LUGS, 6));
     let d = diagnosed(&rover, &log);
     assert!(
@@ -130,7 +110,7 @@ fn conditions_that_differ_are_not_nothing() {
     assert!(d.heed.iter().any(|h| h == heed), "{:?}", d.heed);
     // The same soil and wheel under two names are nothing.
     let log = joined(part("a", "dry_sand", "", 5), part("b", "dry_sand", "", 7));
-    assert_eq!(diagnosed(&rig_of(""), &log).verdict, "none");
+    assert_eq!(diagnosed(&rig_with(""), &log).verdict, "none");
 }
 
 /// Rows that are left out are told, and a noise of zero is refused by its line.
@@ -138,11 +118,11 @@ fn conditions_that_differ_are_not_nothing() {
 fn rows_that_cannot_count_are_told() {
     let mut log = part("a", "dry_sand", "", 8);
     log.rows[3].normal_load.value = 0.0;
-    let d = diagnosed(&rig_of(""), &log);
+    let d = diagnosed(&rig_with(""), &log);
     let heed = "rows left out: 1 no load on the wheel";
     assert!(d.heed.iter().any(|h| h == heed), "{:?}", d.heed);
     log.rows[5].drawbar_pull.as_mut().unwrap().sd = Some(0.0);
-    let rover = rig_of("");
+    let rover = rig_with("");
     let e = diagnose_rig(&log, &rover, &Registry::builtin(), &Settings::of(&rover));
     let e = e.err().unwrap();
     let line = log.rows[5].line;

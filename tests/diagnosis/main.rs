@@ -34,7 +34,7 @@ fn rig() -> Rover {
     rig_with("")
 }
 
-/// The same with more of `[noise]`.
+/// The same with more of `[noise]`, or more behind it.
 fn rig_with(noise: &str) -> Rover {
     rig_reading_slip(0.005, noise)
 }
