@@ -8,7 +8,7 @@ use terra_model::{Law, Registry};
 
 use crate::apart::better_apart;
 use crate::contrast::against;
-use crate::dataset::DataSet;
+use crate::dataset::{ChannelInfo, DataSet};
 use crate::diagnose::{Diagnosis, diagnose};
 use crate::drive::{self, DriveWindows};
 use crate::error::GapError;
@@ -169,7 +169,7 @@ fn rig_logs(
     settings: &Settings,
 ) -> Result<(Diagnosis, rig::RigPredictor), GapError> {
     let read = rig::from_logs(logs, rover)?;
-    let dropped = read.0.dropped.clone();
+    let (dropped, stuck) = (read.0.dropped.clone(), stuck(&read.0));
     let sim = match sim {
         None => None,
         // One law is fitted to it.
@@ -182,9 +182,35 @@ fn rig_logs(
         diagnosis.heed.extend(contradictions(name, &log.warnings));
     }
     diagnosis.heed.extend(left_out(&dropped));
+    diagnosis.heed.extend(stuck);
     diagnosis.heed.extend(unmatched(logs, rover));
     diagnosis.logs = logs.joined();
     Ok((diagnosis, predictor))
+}
+
+/// Rows from which a sensor that always says the same is stuck: by chance readings with noise hardly ever do.
+const STUCK: usize = 8;
+
+/// Channels that read one and the same in all rows.
+fn stuck(data: &DataSet) -> Vec<String> {
+    let of = |channel: usize| {
+        let rows = data.observations.iter();
+        let each = rows.flat_map(|o| o.channels.iter().zip(&o.values));
+        let values: Vec<f64> = each
+            .filter(|(c, _)| **c == channel)
+            .map(|(_, v)| *v)
+            .collect();
+        let first = *values.first()?;
+        let same = values.len() >= STUCK && values.iter().all(|v| *v == first);
+        same.then(|| {
+            let ChannelInfo { name, unit, .. } = &data.channels[channel];
+            format!(
+                "{name} is {first} {unit} in all {} rows: a sensor that is stuck tells nothing and misleads; leave its column out",
+                values.len()
+            )
+        })
+    };
+    (0..data.channels.len()).filter_map(of).collect()
 }
 
 /// Rows that are not used, each of which was meant to count.

@@ -113,6 +113,23 @@ fn conditions_that_differ_are_not_nothing() {
     assert_eq!(diagnosed(&rig_with(""), &log).verdict, "none");
 }
 
+/// A sensor that always says the same is told, whatever the verdict makes of it; one that reads anything else is not.
+#[test]
+fn a_sensor_that_is_stuck_is_told() {
+    let mut log = part("a", "dry_sand", "", 9);
+    let told = |log: &RigLog| {
+        let d = diagnosed(&rig_with(""), log);
+        d.heed
+            .iter()
+            .any(|h| h.starts_with("sinkage_m is 0.02 m in all 24 rows"))
+    };
+    assert!(!told(&log));
+    for row in &mut log.rows {
+        row.sinkage.as_mut().unwrap().value = 0.02;
+    }
+    assert!(told(&log));
+}
+
 /// Rows that are left out are told, and a noise of zero is refused by its line.
 #[test]
 fn rows_that_cannot_count_are_told() {
