@@ -471,12 +471,17 @@ fn usual_form<'a>(
     forms: &[(usize, &'a Weighed)],
     best: (usize, &'a Weighed),
 ) -> (usize, &'a Weighed) {
-    let is = |w: &Weighed, form| w.hypothesis.effects().iter().all(|e| e.form() == form);
+    let all = |w: &Weighed, is: fn(&str) -> bool| {
+        let mut effects = w.hypothesis.effects().iter();
+        effects.all(|e| is(e.form()))
+    };
     let near = |w: &Weighed| w.log_evidence >= best.1.log_evidence - ANOTHER_FORM;
-    if is(best.1, FREE) {
+    if all(best.1, is_made) {
         return best;
     }
-    let usual = forms.iter().filter(|(_, w)| is(w, "default") && near(w));
+    let usual = forms
+        .iter()
+        .filter(|(_, w)| all(w, |form| form == "default") && near(w));
     let usual = usual.max_by(|a, b| a.1.log_evidence.total_cmp(&b.1.log_evidence));
     usual.copied().unwrap_or(best)
 }

@@ -237,7 +237,8 @@ impl RigPredictor {
         at.wheel_speed = row.wheel_speed;
         at.path = row.path;
         at.earlier_passes = row.earlier_passes;
-        Ok(law.stresses(p, &at, points)?)
+        let p = of_log(law, p, self.soils, row.soil);
+        Ok(law.stresses(&without_lugs(law, &p, row), &at, points)?)
     }
 }
 

@@ -53,6 +53,20 @@ fn a_condition_has_a_soil_of_its_own_where_that_is_said() {
     let whole = joined(sand.clone(), loam.clone());
     let apart = diagnosed(&rig_with("[condition.field]\nsoil = \"own\""), &whole);
     assert_eq!(apart.verdict, "none", "{:?} {:?}", apart.set, apart.reason);
+    // Stresses too are those of the row's own soil, where the law is handed the parameters of both.
+    let (rover, registry) = (
+        rig_with("[condition.field]\nsoil = \"own\""),
+        Registry::builtin(),
+    );
+    let (d, predictor) = diagnose_rig(&whole, &rover, &registry, &Settings::of(&rover)).unwrap();
+    let (h, fit) = d.null.as_ref().unwrap();
+    let p = h.parameters(fit.x.as_slice());
+    let largest = |row| {
+        let found = predictor.stresses(&h.law, &p, row, [0.2, 150.0], 9);
+        found.unwrap().unwrap().max_normal.normal_stress
+    };
+    let last = whole.rows.len() - 1;
+    assert!((largest(0) / largest(last) - 1.0).abs() > 0.02);
     let together = diagnosed(&rig_with(""), &whole);
     assert_ne!(together.verdict, "none", "{:?}", together.set);
     let rover = rig_with("");
