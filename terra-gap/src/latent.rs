@@ -88,8 +88,7 @@ pub(crate) fn recentre(
         let moves = |(k, sd): (usize, &f64)| if k < read { *sd } else { 0.0 };
         let sd = DVector::from_iterator(o.raw_sd.len(), o.raw_sd.iter().enumerate().map(moves));
         let (values, yielding) = (now.value_positions(o.index), now.yielding(o.index));
-        let of_ground = o.channels.iter().map(|&c| noise.of_ground(c));
-        let of_ground = DVector::from_iterator(o.channels.len(), of_ground);
+        let of_ground = noise.ground_under(o);
         let block = &noise.blocks[k];
         let gives_way = gives_way(d, &values, &yielding, &of_ground, block);
         Some(&taken[k] - step(d, &sd, gives_way, block, &left)?)
@@ -174,9 +173,7 @@ pub(crate) fn scanned(
             left.iter_mut()
                 .zip(&all[k].carried)
                 .for_each(|(l, c)| *l += c);
-            let of_ground = all[k].channels.iter().map(|&c| noise.of_ground(c));
-            let of_ground = DVector::from_iterator(left.len(), of_ground);
-            let block = &blocks[k] + DMatrix::from_diagonal(&of_ground);
+            let block = &blocks[k] + noise.ground_under(&all[k]);
             let misfit = Cholesky::new(block).map(|c| left.dot(&c.solve(&left)));
             if let Some(misfit) = misfit.filter(|m| *m < best[k].0) {
                 best[k] = (misfit, Some(place.clone()));
@@ -210,7 +207,7 @@ fn gives_way(
     d: &DMatrix<f64>,
     values: &[usize],
     yielding: &[Yielding],
-    of_ground: &DVector<f64>,
+    of_ground: &DMatrix<f64>,
     block: &DMatrix<f64>,
 ) -> Option<(DMatrix<f64>, DVector<f64>)> {
     let mut raws: Vec<usize> = yielding.iter().map(|y| y.raw).collect();
@@ -219,7 +216,15 @@ fn gives_way(
     if raws.is_empty() || of_ground.amax() == 0.0 {
         return None;
     }
-    let weights = block.diagonal().map(f64::recip);
+    // A motor that holds its wheel's speed lets the torque answer: what is read of it is balanced as before.
+    let balanced = |row: usize| yielding.iter().any(|y| values.get(row) == Some(&y.value));
+    let weights = DVector::from_fn(d.nrows(), |row, _| {
+        if balanced(row) {
+            block[(row, row)].recip()
+        } else {
+            0.0
+        }
+    });
     let slopes = d.select_columns(&raws);
     let weighed = DMatrix::from_diagonal(&weights) * &slopes;
     let mut normal = slopes.tr_mul(&weighed);
@@ -231,12 +236,11 @@ fn gives_way(
         }
     }
     let found = Cholesky::new(normal)?.solve(&weighed.transpose());
-    let of_ground = DMatrix::from_diagonal(of_ground);
-    let own = &found * &of_ground * found.transpose();
+    let own = &found * of_ground * found.transpose();
     let mut with_values = DMatrix::zeros(d.ncols(), d.nrows());
     let mut variance = DVector::zeros(d.ncols());
     for (place, &raw) in raws.iter().enumerate() {
-        with_values.set_row(raw, &(found.row(place) * &of_ground));
+        with_values.set_row(raw, &(found.row(place) * of_ground));
         variance[raw] = own[(place, place)];
     }
     Some((with_values, variance))
@@ -283,28 +287,23 @@ mod tests {
     use crate::soil_space::SoilSpace;
 
     /// A value of slope -2 in a quantity that no sensor is wrong about: a push of the ground moved it by all of what is left, or where
-    /// inertia takes as much as the ground gives by half. Without a push it stays.
+    /// inertia takes as much as the ground gives by half. Without a push it stays. A torque that answers the quantity, well known as
+    /// it may be, keeps it from nothing.
     #[test]
     fn what_the_ground_pushes_gives_way() {
-        let d = DMatrix::from_row_slice(1, 2, &[1.0, -2.0]);
+        let d = DMatrix::from_row_slice(2, 2, &[1.0, -2.0, 0.0, 7.0]);
         let exact = DVector::zeros(2);
-        let block = DMatrix::from_element(1, 1, 0.04);
+        let block = DMatrix::from_diagonal(&DVector::from_vec(vec![0.04, 1e-4]));
         let moved = |variance: f64, inertia: f64| {
             let yielding = [Yielding {
                 raw: 1,
                 value: 0,
                 inertia,
             }];
-            let of_ground = DVector::from_element(1, variance);
-            let gives_way = gives_way(&d, &[0], &yielding, &of_ground, &block);
-            step(
-                &d,
-                &exact,
-                gives_way,
-                &block,
-                &DVector::from_element(1, 0.3),
-            )
-            .unwrap()
+            let of_ground = DMatrix::from_diagonal(&DVector::from_vec(vec![variance, 0.0]));
+            let gives_way = gives_way(&d, &[0, 3], &yielding, &of_ground, &block);
+            let left = DVector::from_vec(vec![0.3, 0.0]);
+            step(&d, &exact, gives_way, &block, &left).unwrap()
         };
         for (inertia, expected) in [(0.0, -0.15), (2.0, -0.075)] {
             let moved = moved(0.04, inertia);

@@ -27,6 +27,8 @@ pub(crate) struct NoiseModel {
     common: Option<DMatrix<f64>>,
     /// Variance that was added to each channel, of the ground and of no sensor; empty where none was.
     added: Vec<f64>,
+    /// Channels that the ground shakes together, and the covariance of every two.
+    together: (Vec<usize>, f64),
 }
 
 /// What another log taught the nominal model, and how well: its error is one and the same on every value of this log.
@@ -71,6 +73,7 @@ impl NoiseModel {
             blocks,
             common: None,
             added: vec![],
+            together: Default::default(),
         }
     }
 
@@ -106,6 +109,20 @@ impl NoiseModel {
                 }
             }
         }
+    }
+
+    /// Adds covariance between every two of these channels, which the ground shakes together.
+    pub(crate) fn add_together(&mut self, data: &DataSet, channels: Vec<usize>, covariance: f64) {
+        for (block, o) in self.blocks.iter_mut().zip(&data.observations) {
+            for (k, a) in o.channels.iter().enumerate() {
+                for (l, b) in o.channels.iter().enumerate() {
+                    if k != l && channels.contains(a) && channels.contains(b) {
+                        block[(k, l)] += covariance;
+                    }
+                }
+            }
+        }
+        self.together = (channels, covariance);
     }
 
     /// The same for every channel in turn.
@@ -188,6 +205,21 @@ impl NoiseModel {
         })
     }
 
+    /// What the ground adds to the covariance of an observation.
+    pub(crate) fn ground_under(&self, o: &Observation) -> DMatrix<f64> {
+        let (together, covariance) = &self.together;
+        DMatrix::from_fn(o.channels.len(), o.channels.len(), |k, l| {
+            let (a, b) = (o.channels[k], o.channels[l]);
+            if k == l {
+                self.of_ground(a)
+            } else if together.contains(&a) && together.contains(&b) {
+                *covariance
+            } else {
+                0.0
+            }
+        })
+    }
+
     /// What of a channel's variance is the ground's.
     pub(crate) fn of_ground(&self, channel: usize) -> f64 {
         self.added.get(channel).copied().unwrap_or(0.0)
@@ -204,6 +236,7 @@ impl NoiseModel {
             blocks: self.blocks.iter().map(|b| b * (factor * factor)).collect(),
             common: self.common.as_ref().map(|c| c * factor),
             added: self.added.iter().map(|v| v * factor * factor).collect(),
+            together: (self.together.0.clone(), self.together.1 * factor * factor),
         }
     }
 
@@ -222,6 +255,7 @@ impl NoiseModel {
             blocks: keep.iter().map(|&i| self.blocks[i].clone()).collect(),
             common: self.common.as_ref().map(|c| c.select_rows(&rows)),
             added: self.added.clone(),
+            together: self.together.clone(),
         }
     }
 }
@@ -423,6 +457,8 @@ mod tests {
                 blocks: blocks.clone(),
                 common,
                 added: vec![],
+                together: Default::default(),
+                together: Default::default(),
             };
             let whitener = noise.whitener_with_discrepancy(&data, a).unwrap();
             let v = DVector::from_fn(5, |r, _| 1.0 - 0.7 * r as f64);
@@ -468,6 +504,7 @@ mod tests {
             blocks: blocks.clone(),
             common: Some(g.clone()),
             added: vec![],
+            together: Default::default(),
         };
         assert!(!noise.is_separate());
         let data = data();

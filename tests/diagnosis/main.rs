@@ -8,6 +8,7 @@ mod contrast;
 mod edge;
 mod far;
 mod gyro;
+mod light;
 mod measured;
 mod no_torques;
 mod own_noise;
