@@ -38,6 +38,7 @@ pub(crate) use held::Held;
 pub(crate) use own_noise::OwnNoise;
 pub use read::DriveWindows;
 pub(crate) use read::{all_windows, from_log, from_logs};
+pub(crate) use spacing::wider;
 pub(crate) use stream::{Slot, Stream, rows};
 pub(crate) use window::{Reader, SERIES, Taken, channels, short_scatter};
 

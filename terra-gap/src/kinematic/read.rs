@@ -7,7 +7,7 @@ use super::predict::{
 };
 use super::scatter::{APART, NEXT, Place, pairs, scatter};
 use crate::dataset::{ChannelInfo, DataSet, Factors, Observation};
-use crate::drive::{Line, SPEED_GATE, cells, declared, line};
+use crate::drive::{Held, Line, SPEED_GATE, cells, declared, line, wider};
 use crate::error::GapError;
 use crate::logs::Logs;
 use terra_data::{DriveLog, Rover, Series};
@@ -38,7 +38,15 @@ pub(crate) fn from_logs(
     let mut observations: Vec<Observation> = vec![];
     let mut places: Vec<Place> = vec![];
     let mut group = 0;
+    let mut notes = vec![];
     for (number, (prefix, log)) in logs.iter().enumerate() {
+        let mut held = Held::default();
+        let log = held.pass(log, true);
+        notes.extend(held.note(prefix));
+        let usual = rover.gap.window;
+        let longer = wider(&log, usual).filter(|_| !rover.gap.window_given);
+        notes.extend(longer.as_ref().map(|longer| longer.note(prefix)));
+        let length = longer.map_or(usual, |longer| longer.window);
         let mut path = 0.0;
         let mut sources: Vec<(usize, &Series, f64)> = vec![];
         for (k, name, series) in [
@@ -55,7 +63,7 @@ pub(crate) fn from_logs(
             while start < segment.rows.end {
                 let t0 = log.time[start];
                 let mut end = start;
-                while end < segment.rows.end && log.time[end] < t0 + rover.gap.window - 1e-9 {
+                while end < segment.rows.end && log.time[end] < t0 + length - 1e-9 {
                     end += 1;
                 }
                 let rows = start..end;
@@ -77,7 +85,7 @@ pub(crate) fn from_logs(
                 }
                 let rims: [f64; 4] = std::array::from_fn(|q| raw[WHEEL + q] * vehicle.wheel_radius);
                 let sides = [0.5 * (rims[0] + rims[2]), 0.5 * (rims[1] + rims[3])];
-                path += 0.5 * (sides[0] + sides[1]).abs() * rover.gap.window;
+                path += 0.5 * (sides[0] + sides[1]).abs() * length;
                 if rims.iter().all(|rim| rim.abs() < SPEED_GATE) {
                     drop("standstill: all wheels below 0.12 m/s");
                     continue;
@@ -159,7 +167,7 @@ pub(crate) fn from_logs(
         channels: channels(&places, vehicle.track),
         observations,
         dropped,
-        notes: vec![],
+        notes,
         short_scatter: vec![],
     };
     add_scatter(&mut data, &windows, &places);
