@@ -60,7 +60,7 @@ pub(crate) fn decide(
         .filter(|c| ranking.set.contains(&c.name))
         .collect();
     let alone = named.first().map_or(0.0, |c| c.probability);
-    let best = ranking.stand_in.map_or(alone, |both| both.max(alone));
+    let best = ranking.stand_in.map_or(alone, |(both, _)| both.max(alone));
     let (none, unknown) = (ranking.probability_none, ranking.probability_unknown);
     let gain = ranking.heard;
 
@@ -134,9 +134,7 @@ pub(crate) fn decide(
                 "{name} explains nearly all, but not within the noise: its formula may be another here, or something unknown does much the same"
             )
         });
-        out.reason = nearly.or_else(|| ranking.stand_in.map(|_| {
-            "another soil and an effect of the ground stand for each other where the simulator's wheel law is another; a simulator's log of the same ground (--same-bed) tells them apart".to_owned()
-        }));
+        out.reason = nearly.or_else(|| ranking.stand_in.map(|(_, why)| why.to_owned()));
         accept(&mut out, top);
     }
     out

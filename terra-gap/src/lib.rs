@@ -41,6 +41,7 @@ mod mock;
 mod next;
 mod noise;
 mod null;
+mod other_soil;
 mod pairs;
 mod parallel;
 mod predictor;

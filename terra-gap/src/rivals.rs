@@ -15,6 +15,7 @@ use crate::hypothesis::Hypothesis;
 use crate::loads::{self, Doubt};
 use crate::noise::{NoiseModel, Whitener};
 use crate::null::{Refit, drop_unanswered, refit};
+use crate::other_soil::{OtherSoil, weigh_on_other_soil};
 use crate::predictor::{AnyPredictor, Predictor};
 use crate::round::{Common, Round, explained, settle};
 use crate::settings::{LogKind, Settings};
@@ -53,6 +54,8 @@ pub(crate) struct Rivals {
     pub singles: Vec<(usize, Vec<Weighed>)>,
     /// Other terrain models.
     pub structures: Vec<(String, Weighed)>,
+    /// Effects on other soil than a baseline's.
+    pub other_soil: OtherSoil,
     /// How many terrain models fell out of the contest before they were fitted to all of the data.
     pub structures_out: usize,
     /// Effects by two.
@@ -259,6 +262,7 @@ fn weigh_by(
         beside,
         mut not_asked,
         mut found,
+        asked,
         ..
     } = round;
     let data = &*data;
@@ -271,6 +275,18 @@ fn weigh_by(
             .collect();
         found = weigh_structures(data, &*predictor, setup, &noise, &levels, &rivals)?;
     }
+    let other_soil = match setup.kind {
+        LogKind::Rig => weigh_on_other_soil(
+            data,
+            &*predictor,
+            setup.kind,
+            &found.weighed,
+            &null_weighed,
+            &asked,
+            &levels,
+        ),
+        LogKind::Drive | LogKind::Kinematic => OtherSoil::default(),
+    };
     let structures_out = found.out.len();
     not_asked.extend(found.out);
     let mut behind = vec![];
@@ -294,6 +310,7 @@ fn weigh_by(
         screen,
         singles,
         structures: found.weighed,
+        other_soil,
         structures_out,
         pairs,
         beside,

@@ -152,6 +152,7 @@ fn cause(c: &Cause) -> Value {
         "parameters": parameters,
         "indistinguishable_from": c.indistinguishable_from,
         "unseen_second": c.unseen_second,
+        "on_other_soil": c.on_other_soil,
     })
 }
 
