@@ -123,6 +123,7 @@ pub(crate) fn against<'a>(
         law: law.clone(),
         soil: Arc::clone(&soil),
         structures: vec![],
+        without: vec![],
         kind,
         inherited: None,
     };

@@ -99,6 +99,7 @@ pub(crate) fn diagnose_logs(
         law,
         soil: Arc::new(SoilSpace::new(soil, logs.labels())),
         structures: vec![],
+        without: vec![],
         kind: LogKind::Kinematic,
         inherited: None,
     };

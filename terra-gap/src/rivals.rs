@@ -289,6 +289,7 @@ fn weigh_by(
     };
     let structures_out = found.out.len();
     not_asked.extend(found.out);
+    not_asked.extend(setup.without.iter().cloned());
     let mut behind = vec![];
     if let Some(reshaped) = reshaped {
         singles = reshaped;

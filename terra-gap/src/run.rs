@@ -429,27 +429,29 @@ pub(crate) fn setup<'a>(
 ) -> Result<Setup<'a>, GapError> {
     let law = registry.law(&rover.terrain.model)?.quick();
     let soil = Arc::new(soil_of(&law, rover, labels)?);
-    let structures = registry
-        .models()
-        .iter()
-        .filter(|m| m.name() != law.model().name())
-        .filter_map(|m| {
-            let other = Law::new(Arc::clone(m), law.effects().to_vec()).ok()?;
-            // A structure whose parameters the start does not give cannot compete; it is left out.
-            let soil = soil_of(&other, rover, labels).ok()?;
-            Some(Rival {
-                name: format!("structure:{}", m.name()),
+    let (mut structures, mut without) = (vec![], vec![]);
+    let others = registry.models().iter();
+    for m in others.filter(|m| m.name() != law.model().name()) {
+        let name = format!("structure:{}", m.name());
+        let Ok(other) = Law::new(Arc::clone(m), law.effects().to_vec()) else {
+            continue;
+        };
+        match soil_of(&other, rover, labels) {
+            Ok(soil) => structures.push(Rival {
+                name,
                 law: other.quick(),
                 soil: Arc::new(soil),
-            })
-        })
-        .collect();
+            }),
+            Err(why) => without.push((name, format!("[terrain] start does not give it: {why}"))),
+        }
+    }
     Ok(Setup {
         registry,
         rover,
         law,
         soil,
         structures,
+        without,
         kind,
         inherited: None,
     })

@@ -29,6 +29,8 @@ pub(crate) struct Setup<'a> {
     pub soil: Arc<SoilSpace>,
     /// Other terrain models, or other soil than a baseline's.
     pub structures: Vec<Rival>,
+    /// Terrain models that cannot compete, with the reason.
+    pub without: Vec<(String, String)>,
     /// Kind of log.
     pub kind: LogKind,
     /// What the nominal law was taught by another log.
