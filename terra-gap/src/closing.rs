@@ -114,7 +114,7 @@ fn closing(
         &rivals.noise.subset(&kept),
         (&rivals.null, &rivals.fitted),
         (&best.hypothesis, &best.plain),
-        by,
+        (setup.kind, by),
         // Nothing of it is noise.
         0.0,
     )?;

@@ -212,6 +212,7 @@ pub(crate) fn diagnose(
             .hold_out
             .unwrap_or_else(|| default_hold_out(&data, setup.kind));
         let (noise, null) = (&rivals.noise, (null, fitted));
+        let by = (setup.kind, by);
         let found = hold_out(&data, predictor, noise, null, (h, f), by, noise_floor(f))?;
         let asked = match setup.kind {
             LogKind::Drive => NEARLY_ALL,

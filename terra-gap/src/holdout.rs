@@ -22,6 +22,7 @@ use crate::hypothesis::Hypothesis;
 use crate::noise::NoiseModel;
 use crate::parallel::for_each;
 use crate::predictor::Predictor;
+use crate::settings::LogKind;
 use crate::unknown::along;
 
 /// Slips that differ by less are repeats of one.
@@ -210,7 +211,7 @@ pub(crate) fn hold_out(
     noise: &NoiseModel,
     null: (&Hypothesis, &Fit),
     better: (&Hypothesis, &Fit),
-    by: HoldOut,
+    (kind, by): (LogKind, HoldOut),
     floor: f64,
 ) -> Result<HeldOut, GapError> {
     let groups = groups(data, by);
@@ -232,8 +233,8 @@ pub(crate) fn hold_out(
                 let kept: Vec<usize> = (0..rows.len())
                     .filter(|&k| !members.contains(&rows[k]))
                     .collect();
-                // On a rig fits are cheap and far from linear: they are certified.
-                let quick = by == HoldOut::Segment
+                // On a rig fits are cheap and far from linear: they are certified. A drive of one manoeuvre is held out by slip.
+                let quick = kind != LogKind::Rig
                     && noise.is_separate()
                     && whole.jacobian.nrows() == rows.len();
                 let effort = if quick {
