@@ -458,7 +458,6 @@ mod tests {
                 common,
                 added: vec![],
                 together: Default::default(),
-                together: Default::default(),
             };
             let whitener = noise.whitener_with_discrepancy(&data, a).unwrap();
             let v = DVector::from_fn(5, |r, _| 1.0 - 0.7 * r as f64);
