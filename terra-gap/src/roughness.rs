@@ -312,21 +312,23 @@ mod tests {
         }
     }
 
-    /// A window's mean acceleration and the slope of its speed, of which the ground shakes both at once: its part is found to within a
-    /// tenth, however little the sensors are beside it.
+    /// Four torques, a turn, and a window's mean acceleration with the slope of its speed, which the ground shakes both at once: its part
+    /// is found to within a tenth, however little the sensors are beside it.
     #[test]
     fn a_push_is_one_for_both_readings_of_the_acceleration() {
-        let kinds = [Kind::Forward, Kind::Forward];
-        let known = DMatrix::from_diagonal(&DVector::from_vec(vec![4e-4, 1e-3]));
+        use Kind::{Forward, Torque, Turning};
+        let kinds = [Torque, Torque, Torque, Torque, Forward, Forward, Turning];
+        let sizes = vec![0.01, 0.01, 0.01, 0.01, 4e-4, 1e-3, 0.01];
+        let known = DMatrix::from_diagonal(&DVector::from_vec(sizes));
         let truth = 0.02;
         let mut total = known.clone();
-        for b in shaken(&kinds) {
+        for b in shaken(&kinds).iter().filter(|b| b.kind == Forward) {
             total[(b.row, b.column)] += truth * b.size / 6.0;
         }
         let root = total.cholesky().unwrap().unpack();
         let mut rng = ChaCha8Rng::seed_from_u64(11);
         let windows: Vec<DVector<f64>> = (0..1600)
-            .map(|_| &root * DVector::from_fn(2, |_, _| StandardNormal.sample(&mut rng)))
+            .map(|_| &root * DVector::from_fn(7, |_, _| StandardNormal.sample(&mut rng)))
             .collect();
         let three = |w: &[DVector<f64>]| Three {
             bend: &w[0] - 2.0 * &w[1] + &w[2],
