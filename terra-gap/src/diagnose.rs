@@ -353,11 +353,14 @@ fn understated(data: &DataSet, fit: &Fit) -> Option<String> {
     let (most, share) = UNDERSTATED;
     let alike =
         |&(n, sum): &(f64, f64)| (sum / n / all - 1.0).abs() < share + 2.0 * (2.0 / n).sqrt();
-    (all < most && each.iter().all(alike)).then(|| {
+    let stated = |how: &str, by: f64| {
         format!(
-            "every channel misfits alike, {all:.2} per value: [noise] may be stated too small, by a factor of {:.2}",
-            all.sqrt()
+            "every channel misfits alike, {all:.2} per value: [noise] may be stated too {how}, by a factor of {by:.2}"
         )
+    };
+    (all < most && each.iter().all(alike)).then(|| match all > 1.0 {
+        true => stated("small", all.sqrt()),
+        false => stated("large", all.sqrt().recip()),
     })
 }
 
