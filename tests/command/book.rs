@@ -339,7 +339,11 @@ fn embedding() {
         rover.display()
     );
     terra(&at, &line).ok();
-    let elsewhere = ["cargo build --release -p terra-capi", "cc wheel.c"];
+    let elsewhere = [
+        "cargo build --release -p terra-capi",
+        "cc terra-capi",
+        "./wheel",
+    ];
     let done = follow("book/src/embedding.md", &at, &[], &elsewhere);
     assert_eq!(Csv::parse(&done[0].out).rows.len(), 3);
     assert_eq!(Csv::parse(&done[1].out).rows.len(), 1);
