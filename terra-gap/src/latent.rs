@@ -90,7 +90,7 @@ pub(crate) fn recentre(
         let (values, yielding) = (now.value_positions(o.index), now.yielding(o.index));
         let of_ground = noise.ground_under(o);
         let block = &noise.blocks[k];
-        let gives_way = gives_way(d, &values, &yielding, &of_ground, block);
+        let gives_way = gives_way(d, &values, &yielding, &of_ground, block, noise.stated);
         Some(&taken[k] - step(d, &sd, gives_way, block, &left)?)
     };
     let sought: Vec<Option<DVector<f64>>> = for_each(indices.len(), sought);
@@ -202,13 +202,15 @@ fn moved_to(
 /// How raw quantities give way to pushes of the ground of these variances: covariance of each with the values, and its own variance.
 ///
 /// A push ε on the values is balanced where D δ = ε, less what inertia takes: δ = K ε, K = (D'W D + Λ)^-1 D'W by least squares
-/// weighed by the noise, Λ the weight of inertia.
+/// weighed by the noise, Λ the weight of inertia. Pushes that are stated answer `all_of_it`; where they are only what the log leaves
+/// over, they may be something else, and the torques as they were read hold back.
 fn gives_way(
     d: &DMatrix<f64>,
     values: &[usize],
     yielding: &[Yielding],
     of_ground: &DMatrix<f64>,
     block: &DMatrix<f64>,
+    all_of_it: bool,
 ) -> Option<(DMatrix<f64>, DVector<f64>)> {
     let mut raws: Vec<usize> = yielding.iter().map(|y| y.raw).collect();
     raws.sort_unstable();
@@ -217,7 +219,8 @@ fn gives_way(
         return None;
     }
     // A motor that holds its wheel's speed lets the torque answer: what is read of it is balanced as before.
-    let balanced = |row: usize| yielding.iter().any(|y| values.get(row) == Some(&y.value));
+    let balanced =
+        |row: usize| !all_of_it || yielding.iter().any(|y| values.get(row) == Some(&y.value));
     let weights = DVector::from_fn(d.nrows(), |row, _| {
         if balanced(row) {
             block[(row, row)].recip()
@@ -301,7 +304,7 @@ mod tests {
                 inertia,
             }];
             let of_ground = DMatrix::from_diagonal(&DVector::from_vec(vec![variance, 0.0]));
-            let gives_way = gives_way(&d, &[0, 3], &yielding, &of_ground, &block);
+            let gives_way = gives_way(&d, &[0, 3], &yielding, &of_ground, &block, true);
             let left = DVector::from_vec(vec![0.3, 0.0]);
             step(&d, &exact, gives_way, &block, &left).unwrap()
         };

@@ -29,6 +29,8 @@ pub(crate) struct NoiseModel {
     added: Vec<f64>,
     /// Channels that the ground shakes together, and the covariance of every two.
     together: (Vec<usize>, f64),
+    /// Whether the rover file states how rough the ground is.
+    pub(crate) stated: bool,
 }
 
 /// What another log taught the nominal model, and how well: its error is one and the same on every value of this log.
@@ -74,6 +76,7 @@ impl NoiseModel {
             common: None,
             added: vec![],
             together: Default::default(),
+            stated: false,
         }
     }
 
@@ -237,6 +240,7 @@ impl NoiseModel {
             common: self.common.as_ref().map(|c| c * factor),
             added: self.added.iter().map(|v| v * factor * factor).collect(),
             together: (self.together.0.clone(), self.together.1 * factor * factor),
+            stated: self.stated,
         }
     }
 
@@ -256,6 +260,7 @@ impl NoiseModel {
             common: self.common.as_ref().map(|c| c.select_rows(&rows)),
             added: self.added.clone(),
             together: self.together.clone(),
+            stated: self.stated,
         }
     }
 }
@@ -458,6 +463,7 @@ mod tests {
                 common,
                 added: vec![],
                 together: Default::default(),
+                stated: false,
             };
             let whitener = noise.whitener_with_discrepancy(&data, a).unwrap();
             let v = DVector::from_fn(5, |r, _| 1.0 - 0.7 * r as f64);
@@ -504,6 +510,7 @@ mod tests {
             common: Some(g.clone()),
             added: vec![],
             together: Default::default(),
+            stated: false,
         };
         assert!(!noise.is_separate());
         let data = data();

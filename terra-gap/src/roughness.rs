@@ -85,7 +85,8 @@ pub(crate) fn add(
         return;
     };
     let kinds: Vec<Kind> = data.channels.iter().map(|c| Kind::of(&c.name)).collect();
-    let shown = shown(noise, data, &kinds, residual);
+    let of_force = rover.noise.get("roughness_N");
+    let shown = shown(noise, data, &kinds, residual, of_force.is_some());
     let of_window = (rover.gap.window / ALIKE).max(1.0);
     let stated = |key: &str| rover.noise.get(key).map(|sd| sd * sd / of_window);
     let (force, torque) = (stated("roughness_N"), stated("roughness_N_m"));
@@ -136,7 +137,8 @@ pub(crate) fn add(
         ));
         noise.add_channel_variance(data, c, variance);
     }
-    if forward > 0.0 {
+    noise.stated = force.is_some();
+    if noise.stated {
         let all = 0..kinds.len();
         let alike = all.filter(|c| kinds[*c] == Kind::Forward).collect();
         noise.add_together(data, alike, TOGETHER * forward);
@@ -160,12 +162,13 @@ struct Shaken {
     size: f64,
 }
 
-/// 6 B_i of values of these kinds.
-fn shaken(kinds: &[Kind]) -> Vec<Shaken> {
+/// 6 B_i of values of these kinds. Only a push that is `stated` is one for both readings of the acceleration: what else the log leaves
+/// over may be something of one of them.
+fn shaken(kinds: &[Kind], stated: bool) -> Vec<Shaken> {
     let mut out = vec![];
     for (row, kind) in kinds.iter().enumerate() {
         for (column, other) in kinds.iter().enumerate() {
-            let together = *kind == Kind::Forward && kind == other;
+            let together = stated && *kind == Kind::Forward && kind == other;
             let share = match (row == column, together) {
                 (true, _) => 1.0,
                 (false, true) => TOGETHER,
@@ -188,6 +191,7 @@ fn shown(
     data: &DataSet,
     kinds: &[Kind],
     residual: &DVector<f64>,
+    stated: bool,
 ) -> Option<[f64; 3]> {
     let mut first = 0;
     let mut starts = vec![];
@@ -208,7 +212,10 @@ fn shown(
             Some(Three {
                 bend: ra - 2.0 * rb + rc,
                 known: ca + 4.0 * cb + cc,
-                shaken: shaken(&b.channels.iter().map(|&c| kinds[c]).collect::<Vec<_>>()),
+                shaken: shaken(
+                    &b.channels.iter().map(|&c| kinds[c]).collect::<Vec<_>>(),
+                    stated,
+                ),
             })
         })
         .collect();
@@ -298,7 +305,7 @@ mod tests {
                 .map(|w| Three {
                     bend: &w[0] - 2.0 * &w[1] + &w[2],
                     known: &known * 6.0,
-                    shaken: shaken(&kinds),
+                    shaken: shaken(&kinds, true),
                 })
                 .collect();
             scored(&threes)
@@ -322,7 +329,7 @@ mod tests {
         let known = DMatrix::from_diagonal(&DVector::from_vec(sizes));
         let truth = 0.02;
         let mut total = known.clone();
-        for b in shaken(&kinds).iter().filter(|b| b.kind == Forward) {
+        for b in shaken(&kinds, true).iter().filter(|b| b.kind == Forward) {
             total[(b.row, b.column)] += truth * b.size / 6.0;
         }
         let root = total.cholesky().unwrap().unpack();
@@ -333,7 +340,7 @@ mod tests {
         let three = |w: &[DVector<f64>]| Three {
             bend: &w[0] - 2.0 * &w[1] + &w[2],
             known: &known * 6.0,
-            shaken: shaken(&kinds),
+            shaken: shaken(&kinds, true),
         };
         let found = scored(&windows.windows(3).map(three).collect::<Vec<_>>());
         assert!((found[0] / truth - 1.0).abs() < 0.1, "{found:?}");
