@@ -265,7 +265,7 @@ fn a_rig_s_second_pass_is_asked_against_its_first() {
     assert!(asked(&real));
 }
 
-/// Trials of a wheel law on a soil between two days, of which the second has an effect.
+/// Trials of a wheel law with an effect, a second pass among them.
 fn by_the_law(law: &str, terrain: &str, effect: &str, seed: u64) -> RigLog {
     let text = format!(
         r#"
