@@ -52,6 +52,8 @@ impl Motion {
                     time: step.time,
                     group: step.segment,
                     torque: step.torque,
+                    pitch: step.vehicle.pitch - forces.vehicle.pitch,
+                    payload: step.vehicle.mass - forces.vehicle.mass,
                     channels: [
                         other(&log.accel_x),
                         wheel(0),

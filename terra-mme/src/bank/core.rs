@@ -141,6 +141,24 @@ impl Core {
                 reason: "a number in it is not finite".to_owned(),
             });
         }
+        let here = self.plant.at(sample).vehicle;
+        for (what, good) in [
+            (
+                "its payload leaves no mass",
+                here.mass.is_finite() && here.mass > 0.0,
+            ),
+            (
+                "its pitch is no angle in (-π/2, π/2)",
+                here.pitch.abs() < std::f64::consts::FRAC_PI_2,
+            ),
+        ] {
+            if !good {
+                return Err(EstimatorError::Observation {
+                    time: sample.time,
+                    reason: what.to_owned(),
+                });
+            }
+        }
         match &self.last {
             Some(last) if last.group == sample.group && sample.time <= last.time => {
                 Err(EstimatorError::TimeOrder {
@@ -162,6 +180,7 @@ impl Core {
         let last = self
             .last
             .filter(|l| l.group == sample.group && sample.time - l.time <= RESTART_GAP);
+        let plant = self.plant.at(sample);
         let mut next: Vec<Option<(Estimate, Innovation)>> = Vec::with_capacity(self.members.len());
         match last {
             Some(last) => {
@@ -172,7 +191,7 @@ impl Core {
                 };
                 for (k, mut estimate) in mixed.into_iter().enumerate() {
                     let soils = self.soils(k);
-                    let told = estimate.follow(soils, &self.plant, &last, sample);
+                    let told = estimate.follow(soils, &plant, &last, sample);
                     next.push(told.ok().map(|i| (estimate, i)));
                 }
             }
@@ -181,8 +200,8 @@ impl Core {
                 let mut accel = [false; MOTION_CHANNELS];
                 accel[AT_ACCEL] = true;
                 for k in 0..self.members.len() {
-                    let mut estimate = Estimate::start(&self.plant, sample);
-                    let told = estimate.update(self.soils(k), &self.plant, sample, &accel);
+                    let mut estimate = Estimate::start(&plant, sample);
+                    let told = estimate.update(self.soils(k), &plant, sample, &accel);
                     next.push(told.ok().map(|i| (estimate, i)));
                 }
             }

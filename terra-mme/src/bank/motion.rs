@@ -24,6 +24,10 @@ pub struct MotionSample {
     pub group: usize,
     /// Torque applied at fl, fr, rl, rr \[N m\].
     pub torque: [f64; 4],
+    /// Inclination of the ground \[rad\], nose-up positive, beside the vehicle's own.
+    pub pitch: f64,
+    /// Mass that is carried beside the vehicle's own \[kg\].
+    pub payload: f64,
     /// a_x \[m/s²\], ω fl fr rl rr \[rad/s\], v \[m/s\], r \[rad/s\]; a missing sample is `None`.
     pub channels: [Option<f64>; MOTION_CHANNELS],
 }
@@ -219,6 +223,14 @@ impl Plant {
     /// The noise believed in.
     pub fn noise(&self) -> &MotionNoise {
         &self.noise
+    }
+
+    /// The plant at a row of the log: with what it carries there, on the slope that it stands on.
+    pub(crate) fn at(&self, sample: &MotionSample) -> Plant {
+        let mut out = *self;
+        out.vehicle.mass += sample.payload;
+        out.vehicle.pitch += sample.pitch;
+        out
     }
 
     /// Torque at the wheel behind a logged one.

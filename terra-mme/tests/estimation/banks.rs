@@ -5,9 +5,10 @@ use terra_mme::{
     AlarmRule, Choice, HypothesisSet, InnovationBank, MotionSample, ParameterEstimator, SideBank,
     SoilMaps, Weighed,
 };
+use terra_sim::paper;
 
 use crate::common::{firm, law, soil};
-use crate::drives::{maps, plant, ramp, switch};
+use crate::drives::{drive, maps, plant, ramp, switch};
 
 const PAPER: [&str; 3] = ["dry_sand", "upland_sandy_loam", "lean_clay_22"];
 
@@ -42,6 +43,29 @@ fn innovations_of_the_true_soil_are_as_large_as_they_say() {
             sum += bank.consistency().nis_per_dof.unwrap() / 3.0;
         }
         assert!((0.93..1.07).contains(&sum), "{id}: {sum}");
+    }
+}
+
+/// A slope and a load that the log tells of are no errors: innovations are as large as they say, and without them they are not.
+#[test]
+fn a_slope_and_a_load_that_the_log_tells_of_raise_no_alarm() {
+    let rule = AlarmRule::innovations();
+    for (pitch, payload) in [(0.05, 0.0), (-0.05, 0.0), (0.0, 20.0), (0.03, 20.0)] {
+        let mut scenario = paper::torque_ramp("dry_sand", 1).unwrap();
+        scenario.segments[0].pitch = Some(pitch);
+        scenario.segments[0].payload = Some(payload);
+        let told = drive(&scenario);
+        let check = |samples: &[MotionSample]| {
+            InnovationBank::check(&single("dry_sand", 1), &plant(), [0, 0], samples, rule).unwrap()
+        };
+        let seen = check(&told);
+        assert!(!seen.alarm, "{pitch} {payload}: {seen:?}");
+        let mut silent = told;
+        for s in &mut silent {
+            (s.pitch, s.payload) = (0.0, 0.0);
+        }
+        let seen = check(&silent);
+        assert!(seen.alarm, "{pitch} {payload}, not told: {seen:?}");
     }
 }
 

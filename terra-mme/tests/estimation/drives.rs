@@ -21,6 +21,9 @@ pub(crate) fn drive(scenario: &Scenario) -> Vec<MotionSample> {
         .unwrap()
         .log;
     let torque = log.wheel_torque.unwrap();
+    let known = |column: &Option<terra_data::Series>, k: usize| {
+        column.as_ref().and_then(|c| c.get(k)).unwrap_or(0.0)
+    };
     (0..log.time.len())
         .map(|k| {
             let w = |q: usize| log.wheel_speed[q].get(k);
@@ -28,6 +31,8 @@ pub(crate) fn drive(scenario: &Scenario) -> Vec<MotionSample> {
                 time: log.time[k],
                 group: 0,
                 torque: std::array::from_fn(|q| torque[q].get(k).unwrap()),
+                pitch: known(&log.pitch, k),
+                payload: known(&log.payload, k),
                 channels: [
                     log.accel_x.as_ref().unwrap().get(k),
                     w(0),
