@@ -117,6 +117,153 @@ fn each_mistake_of_a_logger_is_named() {
     assert!(message.contains("torque of rl works against"), "{message}");
 }
 
+/// A minute on rolling ground, forward, turning and back, with accelerometer and pitch: a = dv/dt + g sin(pitch), and the noise of
+/// usual sensors.
+fn tour() -> Csv {
+    let header = "time_s,wheel_speed_fl_rad_s,wheel_speed_fr_rad_s,wheel_speed_rl_rad_s,wheel_speed_rr_rad_s,\
+                  wheel_torque_fl_N_m,wheel_torque_fr_N_m,wheel_torque_rl_N_m,wheel_torque_rr_N_m,\
+                  ground_speed_m_s,yaw_rate_rad_s,accel_x_m_s2,pitch_rad";
+    let mut out = format!("{header}\n");
+    // Chatter of amplitude one that repeats in no window.
+    let noise = |k: f64, of: f64| ((k * 12.9898 + of * 78.233).sin() * 43758.5453).fract();
+    for row in 0..3000 {
+        let k = f64::from(row);
+        let t = k * 0.02;
+        // Forward for forty seconds, then back.
+        let speed = if t < 40.0 {
+            0.8 + 0.4 * (0.9 * t).sin()
+        } else {
+            -0.6 + 0.3 * (0.9 * t).cos()
+        };
+        let change = if t < 40.0 {
+            0.36 * (0.9 * t).cos()
+        } else {
+            -0.27 * (0.9 * t).sin()
+        };
+        let pitch = 0.08 * (0.35 * t).sin();
+        let turn = (0.5 * t).sin();
+        let (left, right) = (speed / 0.2 - turn, speed / 0.2 + turn);
+        let torque = (3.0 + (1.3 * t).cos()) * speed.signum();
+        out.push_str(&format!(
+            "{t},{left},{right},{left},{right},{torque},{torque},{torque},{torque},{},{},{},{pitch}\n",
+            speed + 0.03 * noise(k, 1.0),
+            0.2 * 2.0 * turn / 0.5 + 0.01 * noise(k, 2.0),
+            change + 9.81 * pitch.sin() + 0.2 * noise(k, 3.0),
+        ));
+    }
+    Csv::parse(&out)
+}
+
+impl Csv {
+    fn at(&self, column: &str) -> usize {
+        self.header.iter().position(|h| h == column).unwrap()
+    }
+
+    /// One column changed value by value.
+    fn with(mut self, column: &str, change: impl Fn(f64) -> f64) -> Self {
+        let k = self.at(column);
+        for row in &mut self.rows {
+            row[k] = change(row[k].parse().unwrap()).to_string();
+        }
+        self
+    }
+
+    /// Two columns in each other's place.
+    fn swapped(mut self, one: &str, other: &str) -> Self {
+        let (a, b) = (self.at(one), self.at(other));
+        self.rows.iter_mut().for_each(|row| row.swap(a, b));
+        self
+    }
+
+    fn without(mut self, column: &str) -> Self {
+        let k = self.at(column);
+        self.header.remove(k);
+        for row in &mut self.rows {
+            row.remove(k);
+        }
+        self
+    }
+}
+
+#[test]
+fn what_the_motion_says_of_signs_and_units_is_named() {
+    let accel = "accel_x_m_s2";
+    let speed = "ground_speed_m_s";
+    let torques = |factor: f64| {
+        let all = ["fl", "fr", "rl", "rr"].map(|w| format!("wheel_torque_{w}_N_m"));
+        all.iter()
+            .fold(tour(), |log, column| log.with(column, |t| t * factor))
+    };
+    let cases: [(&str, Csv, &[&str]); 14] = [
+        ("clean", tour(), &[]),
+        ("accel_sign", tour().with(accel, |a| -a), &["accel-sign"]),
+        (
+            "accel_g",
+            tour().with(accel, |a| a / 9.80665),
+            &["accel-unit"],
+        ),
+        (
+            "pitch_sign",
+            tour().with("pitch_rad", |p| -p),
+            &["pitch-sign"],
+        ),
+        ("no_pitch", tour().without("pitch_rad"), &["pitch-missing"]),
+        (
+            "front",
+            tour().swapped(WHEELS[0], WHEELS[1]),
+            &["axle-swapped"],
+        ),
+        (
+            "rear",
+            tour().swapped(WHEELS[2], WHEELS[3]),
+            &["axle-swapped"],
+        ),
+        ("one_sign", tour().with(WHEELS[1], |w| -w), &["speed-sign"]),
+        ("all_sign", tour().with(speed, |v| -v), &["speed-sign"]),
+        (
+            "unsigned",
+            tour().with(speed, f64::abs),
+            &["unsigned-speed"],
+        ),
+        ("mm_s", tour().with(speed, |v| v * 1000.0), &["speed-unit"]),
+        ("ms", tour().with("time_s", |t| t * 1000.0), &["time-unit"]),
+        ("n_cm", torques(100.0), &["torque-unit"]),
+        ("at_motor", torques(1.0 / 50.0), &["torque-unit"]),
+    ];
+    for (name, log, wanted) in cases {
+        let found = inspect(&format!("inspect_tour_{name}"), &log, true);
+        assert_eq!(codes(&found), wanted, "{name}: {found}");
+    }
+    // Flat ground needs no pitch: what is left is noise.
+    let flat = {
+        let (a, p) = (tour().at(accel), tour().at("pitch_rad"));
+        let mut log = tour();
+        for row in &mut log.rows {
+            let number = |k: usize| row[k].parse::<f64>().unwrap();
+            row[a] = (number(a) - 9.81 * number(p).sin()).to_string();
+        }
+        log.without("pitch_rad")
+    };
+    assert_eq!(
+        codes(&inspect("inspect_tour_flat", &flat, true)),
+        Vec::<&str>::new()
+    );
+}
+
+/// A rover file in millimetres is not a log in degrees.
+#[test]
+fn a_track_in_millimetres_is_named() {
+    let to = folder("inspect_track");
+    fs::write(
+        to.join("rover.toml"),
+        ROVER.replace("track_m = 0.5", "track_m = 500.0"),
+    )
+    .unwrap();
+    write(&to.join("log.csv"), &tour());
+    terra(&to, "inspect log.csv --rover rover.toml --json found.json").ok();
+    assert_eq!(codes(&json(&to.join("found.json"))), ["track-unit"]);
+}
+
 #[test]
 fn stuck_channels_gaps_and_missing_cells_are_counted() {
     let mut csv = weave();

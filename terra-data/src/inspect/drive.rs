@@ -103,6 +103,7 @@ impl<'r> DriveInspector<'r> {
         for (i, segment) in log.segments.iter().enumerate() {
             if i > 0 || !continues {
                 self.close();
+                self.motion.begin();
                 self.groups.push(Group {
                     name: segment.name.clone(),
                     rows: 0,
@@ -114,8 +115,10 @@ impl<'r> DriveInspector<'r> {
             }
             let time = log.time.get(segment.rows.clone()).unwrap_or_default();
             time.iter().for_each(|t| self.clock.see(*t));
+            for k in segment.rows.clone() {
+                self.motion.see(log, k);
+            }
         }
-        self.motion.look(log);
         self.loads |= log.normal_load.is_some();
         self.rows += log.len();
         self.notes.add(&log.notes);
@@ -144,6 +147,7 @@ impl<'r> DriveInspector<'r> {
             .filter_map(|g| g.pace.as_ref().map(|p| p.suspicions(&g.name)))
             .flatten()
             .collect();
+        suspicions.extend(slow_clock(&self.groups));
         for channel in &channels {
             suspicions.extend(plausible(channel));
         }
@@ -170,6 +174,30 @@ impl<'r> DriveInspector<'r> {
             warnings: self.warnings,
         }
     }
+}
+
+/// Rows of a drive that are farther apart than this \[s\] are hardly seconds, and where they are as far as this, milliseconds no more.
+const SLOW_ROWS: f64 = 0.8;
+const MICROSECONDS: f64 = 800.0;
+
+/// A clock that ticks in a smaller unit.
+fn slow_clock(groups: &[Group]) -> Option<Suspicion> {
+    let steps = groups
+        .iter()
+        .filter_map(|g| g.pace.as_ref())
+        .map(|p| p.step);
+    let step = steps.fold(f64::INFINITY, f64::min);
+    let unit = match step {
+        s if !(SLOW_ROWS..f64::INFINITY).contains(&s) => return None,
+        s if s < MICROSECONDS => "ms",
+        _ => "us",
+    };
+    Some(Suspicion {
+        code: "time-unit",
+        message: format!(
+            "rows are {step} s apart: time_s in {unit}? In [columns]: unit = \"{unit}\"; a drive needs several rows a second"
+        ),
+    })
 }
 
 /// What one channel's range says on its own.

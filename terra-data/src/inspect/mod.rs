@@ -2,10 +2,15 @@
 //!
 //! Counting needs no vehicle; some suspicions are sharper with the rover file's wheel radius and track.
 
+mod accel;
 mod clock;
 mod drive;
 mod motion;
+mod relation;
 mod rig;
+mod thinned;
+mod torque;
+mod wheels;
 
 use crate::kind::LogKind;
 use crate::notes::{MissingCells, ReadNotes};
