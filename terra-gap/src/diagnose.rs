@@ -91,7 +91,7 @@ pub struct Diagnosis {
 
 impl Diagnosis {
     /// Tells one more thing to heed.
-    pub(crate) fn notice(&mut self, line: String) {
+    pub fn notice(&mut self, line: String) {
         self.data.notes.push(line.clone());
         self.heed.push(line);
     }

@@ -40,7 +40,7 @@ pub use read::DriveWindows;
 pub(crate) use read::{all_windows, from_log, from_logs};
 pub(crate) use spacing::wider;
 pub(crate) use stream::{Slot, Stream, rows};
-pub(crate) use window::{Reader, SERIES, Taken, channels, short_scatter};
+pub(crate) use window::{AGAINST_THE_MOTION, Reader, SERIES, Taken, channels, short_scatter};
 
 use std::borrow::Borrow;
 use std::ops::Range;

@@ -220,6 +220,27 @@ fn left_out(dropped: &BTreeMap<String, usize>) -> Option<String> {
     (!each.is_empty()).then(|| format!("rows left out: {}", each.join(", ")))
 }
 
+/// Windows in which no model has an answer, where they are more than those that are used.
+fn mostly_refused(data: &DataSet) -> Option<String> {
+    let no_answer =
+        |why: &str| why == drive::AGAINST_THE_MOTION || why.starts_with("outside the model");
+    let refused = data.dropped.iter().filter(|(why, _)| no_answer(why));
+    let each: Vec<String> = refused
+        .clone()
+        .map(|(why, n)| format!("{n} {why}"))
+        .collect();
+    let (lost, used) = (
+        refused.map(|(_, n)| n).sum::<usize>(),
+        data.observations.len(),
+    );
+    (lost > used).then(|| {
+        format!(
+            "the verdict is of {used} windows and {lost} are left out: {}; signs, radius_m or track_m may be wrong",
+            each.join(", ")
+        )
+    })
+}
+
 /// Conditions of the rover file that no row has: perhaps another was meant.
 fn unmatched(logs: &Logs<'_, RigLog>, rover: &Rover) -> Option<String> {
     let rows = logs.iter().flat_map(|(_, log)| &log.rows);
@@ -373,6 +394,9 @@ fn drive_windows(
         diagnosis.heed.extend(log.held(name));
         diagnosis.heed.extend(log.widened(name));
         diagnosis.heed.extend(log.rounded(name));
+    }
+    if let Some(line) = mostly_refused(&diagnosis.data) {
+        diagnosis.notice(line);
     }
     if !torques {
         diagnosis.notice(BY_ACCELERATIONS.to_owned());

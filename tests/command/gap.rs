@@ -6,7 +6,7 @@ use std::path::Path;
 use serde_json::Value;
 use sha2::{Digest, Sha256};
 
-use crate::support::{example, folder, logs, terra};
+use crate::support::{Csv, example, folder, list, logs, terra, text};
 
 fn read(path: &Path) -> Value {
     serde_json::from_str(&fs::read_to_string(path).unwrap()).unwrap()
@@ -250,4 +250,45 @@ fn another_simulators_law_is_not_read_as_an_effect() {
     assert!(same["baseline"]["chi2_per_dof"].as_f64().unwrap() < 1.3);
     assert_eq!(more["causes"][0]["effect"], "slip-sinkage");
     assert!(more["causes"][0]["probability"].as_f64().unwrap() > 0.8);
+}
+
+/// A wrong unit, a sign or a wrong rover file is told where the verdict is read, and of a clean log nothing is.
+#[test]
+fn what_looks_wrong_in_a_log_is_told_with_the_verdict() {
+    let to = folder("gap_misread");
+    let rover = fs::read_to_string(example("drive/rover.toml")).unwrap();
+    fs::write(to.join("rover.toml"), &rover).unwrap();
+    fs::copy(example("drive/rich.toml"), to.join("rich.toml")).unwrap();
+    terra(&to, "simulate rich.toml --out clean.csv").ok();
+    let log = || Csv::read(&to.join("clean.csv"));
+    log()
+        .with("accel_x_m_s2", |a| a / 9.80665)
+        .write(&to.join("in_g.csv"));
+    let track = "track_m = 0.6\n";
+    assert!(rover.contains(track));
+    fs::write(
+        to.join("mm.toml"),
+        rover.replace(track, "track_m = 600.0\n"),
+    )
+    .unwrap();
+    let heed = |line: &str| -> Vec<String> {
+        let said = terra(&to, line).ok().out;
+        let heed = said.lines().filter_map(|l| l.strip_prefix("heed: "));
+        heed.map(str::to_owned).collect()
+    };
+    let told = |heed: &[String], what: &str| heed.iter().any(|line| line.contains(what));
+    let clean = heed("gap clean.csv --rover rover.toml");
+    for what in ["accelerometer", "left out", "sign", "track"] {
+        assert!(!told(&clean, what), "{what}: {clean:?}");
+    }
+    let in_g = heed("gap in_g.csv --rover rover.toml --json in_g.json");
+    assert!(told(&in_g, "accelerometer in g?"), "{in_g:?}");
+    let notes = read(&to.join("in_g.json"));
+    let noted = list(&notes["data"]["notes"])
+        .iter()
+        .any(|n| text(n).contains("accelerometer in g?"));
+    assert!(noted, "{notes}");
+    let mm = heed("gap clean.csv --rover mm.toml");
+    // It drives straight, which tells nothing of a track; but noise of the yaw rate then turns wheels against the motion.
+    assert!(told(&mm, "are left out:"), "{mm:?}");
 }

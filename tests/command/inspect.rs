@@ -1,7 +1,6 @@
 //! `terra inspect`: a clean log raises nothing, and each mistake of a logger is named.
 
 use std::fs;
-use std::path::Path;
 
 use serde_json::Value;
 
@@ -53,19 +52,10 @@ fn scaled(columns: &[&str], factor: f64) -> Csv {
     csv
 }
 
-fn write(to: &Path, csv: &Csv) {
-    let rows: Vec<String> = csv.rows.iter().map(|r| r.join(",")).collect();
-    fs::write(
-        to,
-        format!("{}\n{}\n", csv.header.join(","), rows.join("\n")),
-    )
-    .unwrap();
-}
-
 fn inspect(name: &str, csv: &Csv, rover: bool) -> Value {
     let to = folder(name);
     fs::write(to.join("rover.toml"), ROVER).unwrap();
-    write(&to.join("log.csv"), csv);
+    csv.write(&to.join("log.csv"));
     let with = if rover { "--rover rover.toml" } else { "" };
     terra(&to, &format!("inspect log.csv {with} --json found.json")).ok();
     json(&to.join("found.json"))
@@ -154,37 +144,6 @@ fn tour() -> Csv {
     Csv::parse(&out)
 }
 
-impl Csv {
-    fn at(&self, column: &str) -> usize {
-        self.header.iter().position(|h| h == column).unwrap()
-    }
-
-    /// One column changed value by value.
-    fn with(mut self, column: &str, change: impl Fn(f64) -> f64) -> Self {
-        let k = self.at(column);
-        for row in &mut self.rows {
-            row[k] = change(row[k].parse().unwrap()).to_string();
-        }
-        self
-    }
-
-    /// Two columns in each other's place.
-    fn swapped(mut self, one: &str, other: &str) -> Self {
-        let (a, b) = (self.at(one), self.at(other));
-        self.rows.iter_mut().for_each(|row| row.swap(a, b));
-        self
-    }
-
-    fn without(mut self, column: &str) -> Self {
-        let k = self.at(column);
-        self.header.remove(k);
-        for row in &mut self.rows {
-            row.remove(k);
-        }
-        self
-    }
-}
-
 #[test]
 fn what_the_motion_says_of_signs_and_units_is_named() {
     let accel = "accel_x_m_s2";
@@ -259,7 +218,7 @@ fn a_track_in_millimetres_is_named() {
         ROVER.replace("track_m = 0.5", "track_m = 500.0"),
     )
     .unwrap();
-    write(&to.join("log.csv"), &tour());
+    tour().write(&to.join("log.csv"));
     terra(&to, "inspect log.csv --rover rover.toml --json found.json").ok();
     assert_eq!(codes(&json(&to.join("found.json"))), ["track-unit"]);
 }
@@ -371,7 +330,7 @@ fn broken_input_ends_with_its_place_and_status() {
     let to = folder("inspect_broken");
     let mut csv = weave();
     csv.rows[4][9] = "fast".to_owned();
-    write(&to.join("bad.csv"), &csv);
+    csv.write(&to.join("bad.csv"));
     let done = terra(&to, "inspect bad.csv");
     assert_eq!(done.code, 3);
     assert!(
@@ -393,7 +352,7 @@ fn broken_input_ends_with_its_place_and_status() {
     let done = terra(&to, "inspect wheel.csv");
     assert_eq!(done.code, 2);
     assert!(done.err.contains("wheel's radius"), "{}", done.err);
-    write(&to.join("good.csv"), &weave());
+    weave().write(&to.join("good.csv"));
     assert_eq!(terra(&to, "inspect good.csv --rover none.toml").code, 2);
     assert_eq!(terra(&to, "inspect none.csv").code, 3);
     assert_eq!(

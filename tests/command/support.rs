@@ -147,6 +147,46 @@ pub(crate) struct Csv {
 }
 
 impl Csv {
+    pub(crate) fn at(&self, column: &str) -> usize {
+        self.header.iter().position(|h| h == column).unwrap()
+    }
+
+    /// One column changed value by value.
+    pub(crate) fn with(mut self, column: &str, change: impl Fn(f64) -> f64) -> Self {
+        let k = self.at(column);
+        for row in &mut self.rows {
+            row[k] = change(row[k].parse().unwrap()).to_string();
+        }
+        self
+    }
+
+    /// Two columns in each other's place.
+    pub(crate) fn swapped(mut self, one: &str, other: &str) -> Self {
+        let (a, b) = (self.at(one), self.at(other));
+        self.rows.iter_mut().for_each(|row| row.swap(a, b));
+        self
+    }
+
+    pub(crate) fn without(mut self, column: &str) -> Self {
+        let k = self.at(column);
+        self.header.remove(k);
+        for row in &mut self.rows {
+            row.remove(k);
+        }
+        self
+    }
+
+    pub(crate) fn write(&self, to: &Path) {
+        let rows: Vec<String> = self.rows.iter().map(|r| r.join(",")).collect();
+        fs::write(
+            to,
+            format!("{}\n{}\n", self.header.join(","), rows.join("\n")),
+        )
+        .unwrap();
+    }
+}
+
+impl Csv {
     pub(crate) fn read(path: &Path) -> Self {
         Csv::parse(&fs::read_to_string(path).unwrap())
     }

@@ -2,7 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use terra_data::{DriveLog, LogKind, RigLog, Rover, hypothesis_terrains};
+use terra_data::{
+    DriveInspector, DriveLog, LogKind, RigLog, Rover, Suspicion, hypothesis_terrains, inspect_drive,
+};
 use terra_gap::{
     Diagnosis, DriveWindows, GapError, Named, Provenance, Settings, diagnose_drives, diagnose_rigs,
     diagnose_rigs_against, diagnose_windows,
@@ -25,6 +27,30 @@ pub(crate) struct Verdict {
     pub(crate) said: String,
     pub(crate) curves: Option<GapCurves>,
 }
+
+/// What `terra inspect` finds that is a gap of its own: units, signs, places of wheels, a sensor that is stuck, a slope not logged.
+const MISLEADS: [&str; 20] = [
+    "accel-sign",
+    "accel-unit",
+    "axle-swapped",
+    "degrees",
+    "gravity-on-x",
+    "km-h",
+    "load-sign",
+    "millimetres",
+    "pitch-missing",
+    "pitch-sign",
+    "rpm",
+    "sides-swapped",
+    "speed-sign",
+    "speed-unit",
+    "stuck",
+    "time-unit",
+    "torque-sign",
+    "torque-unit",
+    "track-unit",
+    "unsigned-speed",
+];
 
 /// The log of an outside simulator.
 pub(crate) struct Against<'a> {
@@ -122,6 +148,7 @@ pub(crate) fn diagnose(
         ));
     }
     let mut cut = false;
+    let mut odd = vec![];
     let (prior, mut diagnosis, curves) = match kind {
         LogKind::Rig => {
             let logs: Vec<RigLog> = case
@@ -148,6 +175,10 @@ pub(crate) fn diagnose(
                 // Without torques no soil is sought: a log may tell of motion alone.
                 (with, None) if with.is_empty() => {
                     let logs = whole(&case.logs, &rover)?;
+                    for (name, log) in names.iter().zip(&logs) {
+                        let found = inspect_drive(log, Some(&rover)).suspicions;
+                        odd.push((name, found));
+                    }
                     let named = named(&names, &logs);
                     let d = diagnose_drives(&named, &rover, registry, &settings);
                     (Prior::Given, d)
@@ -163,18 +194,18 @@ pub(crate) fn diagnose(
                     };
                     let most = settings.windows;
                     let windows = |file: &LogFile<'_>| windows(file, &rover, most);
-                    let logs: Vec<DriveWindows> = case
-                        .logs
-                        .iter()
-                        .map(|l| windows(&l.file))
-                        .collect::<Result<_, _>>()
-                        .map_err(in_files)?;
+                    let mut logs = vec![];
+                    for (name, log) in names.iter().zip(&case.logs) {
+                        let (kept, found) = windows(&log.file).map_err(in_files)?;
+                        logs.push(kept);
+                        odd.push((name, found));
+                    }
                     let of_sim = |e: CliError| match sim_path {
                         Some(path) => e.in_files(path, case.rover_name),
                         None => in_files(e),
                     };
                     let sim = sim.as_ref().map(windows).transpose().map_err(of_sim)?;
-                    let sim = sim.as_ref().map(|sim| (sim, same_soil));
+                    let sim = sim.as_ref().map(|(sim, _)| (sim, same_soil));
                     let named = named(&names, &logs);
                     let d = diagnose_windows(&named, sim, &rover, registry, &settings);
                     (prior, d)
@@ -183,6 +214,14 @@ pub(crate) fn diagnose(
             (prior, d.map_err(of_files)?, None)
         }
     };
+    for (name, found) in &odd {
+        let of = |s: &Suspicion| match odd.len() {
+            1 => s.message.clone(),
+            _ => format!("{name}: {}", s.message),
+        };
+        let told = found.iter().filter(|s| MISLEADS.contains(&s.code)).map(of);
+        told.for_each(|line| diagnosis.notice(line));
+    }
     let mut said = String::new();
     match prior {
         Prior::Given => {}
@@ -265,15 +304,21 @@ fn beginnings(logs: &[&CaseLog<'_>], rover: &Rover) -> Result<Vec<DriveLog>, Cli
     logs.iter().map(beginning).collect()
 }
 
-/// What is kept of a drive log, which may be longer than memory.
-fn windows(file: &LogFile<'_>, rover: &Rover, most: usize) -> Result<DriveWindows, CliError> {
+/// What is kept of a drive log, which may be longer than memory, and what in it looks wrong.
+fn windows(
+    file: &LogFile<'_>,
+    rover: &Rover,
+    most: usize,
+) -> Result<(DriveWindows, Vec<Suspicion>), CliError> {
     let mut windows = DriveWindows::new(rover, most)?;
+    let mut inspector = DriveInspector::new(Some(rover));
     let mut blocks = file.drive_blocks(rover)?;
     while let Some(block) = blocks.next_block(BLOCK)? {
         windows.push(&block.log)?;
+        inspector.block(&block);
     }
     windows.finish()?;
-    Ok(windows)
+    Ok((windows, inspector.finish().suspicions))
 }
 
 /// What the logs are of; they must be of the same.

@@ -20,8 +20,11 @@ const KM_H: f64 = 0.4;
 const RADII: (f64, f64) = (0.02, 1.2);
 /// Yaw rate over difference of wheel speeds is radius over track: below 1 on any vehicle, far above it in degrees.
 const DEGREES: f64 = 4.0;
+/// Share of radius over track by which a vehicle turns at least with the speeds of its sides, skids and all, and the yaw rate
+/// \[rad/s\] from which it turns at all.
+const TURNS: (f64, f64) = (0.2, 0.05);
 /// Where it is this far above that of the rover file, a track in millimetres is likelier than degrees (57).
-const MILLIMETRES: f64 = 240.0;
+const MILLIMETRES: f64 = 130.0;
 /// Ground speed logged in these units is so many times that in m/s. What wheels slip hides the difference of km/h, mph and ft/s.
 const SPEEDS: [(&str, f64); 3] = [("km/h", 3.6), ("cm/s", 100.0), ("mm/s", 1000.0)];
 
@@ -75,7 +78,7 @@ impl Motion {
                 out.extend(accelerations.filter(|_| unit.is_none()));
                 out.extend(unit);
                 out.extend(self.turns(rover));
-                out.extend(self.wheels.suspicions());
+                out.extend(self.wheels.suspicions(rover));
                 out.extend(self.torques.signs());
             }
         }
@@ -137,17 +140,18 @@ impl Motion {
     /// Yaw rate against the difference of wheel speeds, right less left: on any ground a vehicle turns away from its faster side.
     fn turns(&self, rover: Option<&Rover>) -> Option<Suspicion> {
         let (correlation, slope) = self.turning.through_zero()?;
-        if correlation < -RELATED {
+        let vehicle = rover.and_then(|r| r.vehicle.map(|v| (r.wheel.radius / v.track, v.track)));
+        let expected = vehicle.map(|(expected, _)| expected);
+        if correlation < -RELATED && turns(slope, expected, self.turning.size()) {
             return Some(Suspicion {
                 code: "sides-swapped",
                 message: format!(
                     "the vehicle turns towards its faster side (correlation of yaw rate with right less left wheel speed \
-                     {correlation:.2}): left and right swapped, or yaw_rate_rad_s not positive to the left"
+                     {correlation:.2}): left and right swapped, or yaw_rate_rad_s not positive to the left? One side on much softer ground does it too"
                 ),
             });
         }
-        let vehicle = rover.and_then(|r| r.vehicle.map(|v| (r.wheel.radius / v.track, v.track)));
-        let expected = vehicle.map_or(1.0, |(expected, _)| expected);
+        let expected = expected.unwrap_or(1.0);
         if correlation < RELATED || slope < DEGREES * expected {
             return None;
         }
@@ -173,6 +177,13 @@ impl Motion {
             },
         })
     }
+}
+
+/// Whether the vehicle turns with the speeds of its sides, be it the wrong way: where one side stands on softer ground it slips
+/// more and the vehicle goes its way a little, and a straight drive is noise.
+pub(super) fn turns(slope: f64, expected: Option<f64>, yaw: f64) -> bool {
+    let (share, least) = TURNS;
+    slope.abs() > share * expected.unwrap_or(least) && yaw > least
 }
 
 /// Mean of the wheels of one side, where both are there.

@@ -2,6 +2,8 @@
 
 /// Fewest rows that say anything.
 pub(super) const FEW: usize = 20;
+/// The same of means over pieces of a log, whose noise is small.
+const FEW_PIECES: usize = 8;
 /// A correlation beyond this is a relation, where it is also this many of its own standard errors from none.
 const RELATED: f64 = 0.5;
 const SURE: f64 = 4.0;
@@ -33,6 +35,11 @@ impl Relation {
             rows, xx, xy, yy, ..
         } = self;
         (rows >= FEW && xx > 0.0 && yy > 0.0).then(|| (xy / (xx * yy).sqrt(), xy / xx))
+    }
+
+    /// Root mean square of the second.
+    pub(super) fn size(&self) -> f64 {
+        (self.yy / self.rows.max(1) as f64).sqrt()
     }
 
     /// Covariance of the two.
@@ -103,7 +110,7 @@ impl Three {
         // What is left of a quantity that follows the third exactly is rounding.
         let moves = |left: f64, whole: f64| left > 1e-9 * whole && whole > 0.0;
         let n = self.rows();
-        if n < FEW || !moves(xx, of(first, first)) || !moves(yy, of(second, second)) {
+        if n < FEW_PIECES || !moves(xx, of(first, first)) || !moves(yy, of(second, second)) {
             return None;
         }
         let correlation = xy / (xx * yy).sqrt();

@@ -1,8 +1,10 @@
 //! Each wheel's speed against the motion of the vehicle: signs, and wheels that took each other's place.
 
 use super::Suspicion;
+use super::motion::turns;
 use super::relation::{FEW, Relation};
 use crate::drive::{DriveLog, WHEELS};
+use crate::rover::Rover;
 
 /// A correlation beyond this is a relation.
 const RELATED: f64 = 0.5;
@@ -66,7 +68,7 @@ impl Wheels {
         (!against.is_empty()).then(|| Suspicion {
             code: "speed-sign",
             message: match against.len() == WHEELS.len() {
-                true => "all wheels turn against ground_speed_m_s: both are positive forward; sign flipped, in one of the two?"
+                true => "all wheels turn against ground_speed_m_s: both are positive forward; sign flipped, in one of the two, or does it slide back?"
                     .to_owned(),
                 false => format!(
                     "wheel speed of {} falls as the vehicle speeds up: all are positive where they drive forward; sign flipped?",
@@ -77,8 +79,13 @@ impl Wheels {
     }
 
     /// An axle whose wheels took each other's place, while the other's did not; a ground speed without a sign.
-    pub(super) fn suspicions(&self) -> Vec<Suspicion> {
-        let turns = self.axles.map(|a| a.through_zero().map_or(0.0, |(c, _)| c));
+    pub(super) fn suspicions(&self, rover: Option<&Rover>) -> Vec<Suspicion> {
+        let expected = rover.and_then(|r| r.vehicle.map(|v| r.wheel.radius / v.track));
+        let turns = self.axles.map(|axle| {
+            let seen = axle.through_zero();
+            let real = seen.filter(|(_, slope)| turns(*slope, expected, axle.size()));
+            real.map_or(0.0, |(correlation, _)| correlation)
+        });
         let swapped = match turns {
             [front, rear] if front < -RELATED && rear > RELATED => Some("fl and fr"),
             [front, rear] if rear < -RELATED && front > RELATED => Some("rl and rr"),

@@ -27,6 +27,8 @@ const JUMP: f64 = 3.5;
 const TIPPED: f64 = 0.1;
 /// How fast wheels spin up under their motors \[rad/s²\].
 const SPIN_UP: f64 = 30.0;
+/// Why a window is left out whose slip no model covers.
+pub(crate) const AGAINST_THE_MOTION: &str = "a wheel turns against the motion";
 /// Channels whose scatter is looked at: four torques, a_x, v, r, four ω.
 pub(crate) const SERIES: usize = 11;
 /// Where they begin after the torques.
@@ -356,7 +358,7 @@ impl Reader {
         }
         let against = |(q, w): (usize, &Line)| w.mean * travels[q % 2] < 0.0;
         if wheels.iter().enumerate().any(against) {
-            return Err("a wheel turns against the motion".to_owned());
+            return Err(AGAINST_THE_MOTION.to_owned());
         }
         let mut raw = [0.0; RAW];
         let mut sd = [0.0; RAW];
