@@ -6,12 +6,11 @@ use terra_model::order::descending;
 
 use crate::calibration::{Calibration, Evidence, Weight, best_behind};
 use crate::candidates::is_instrument;
-use crate::contrast::needs_another_form;
 use crate::evidence::log_sum_exp;
 use crate::forms::{FREE, is_made};
 use crate::rivals::Rivals;
 use crate::settings::{LogKind, Settings};
-use crate::setup::{ADEQUATE, LOOK_ALIKE, OTHER_SOIL, Setup};
+use crate::setup::{ADEQUATE, LOOK_ALIKE, Setup};
 use crate::weigh::Weighed;
 
 /// What kind of answer a cause is.
@@ -75,26 +74,6 @@ pub(crate) struct Ranking {
     unseen: Vec<(String, String, f64)>,
 }
 
-/// Nats within which an effect of the ground stands beside other soil that leads, against a foreign wheel law. Other soil that
-/// needs another error of the law's form has one beside it at any distance: it led so in 57 of 288 mock contrasts (seeds 13013
-/// and 15015), by up to 290 nats where it took the place of an effect whose formula the law does not have, and was right in 26.
-/// An effect that leads over so free a soil stands alone: other soil was the truth in none of 15 such cases within 20 nats.
-const STAND_IN: f64 = 20.0;
-/// Nats over other soil from which an effect on it stands without it, and what share of what other soil gains they must be. Of 28
-/// contrasts between two wheel laws without an effect, by another generator, the best of thirty effects gained up to 39 on other soil,
-/// four hundredths of that soil's; of 18 mock contrasts of other soil (seed 900104) one 63, of 4608, where eight right ones gained
-/// 46 to 1526, a sixth and more.
-const ALONE: f64 = 40.0;
-const ALONE_SHARE: f64 = 0.05;
-/// Share of the probability of both that other soil has where an effect on it leads by less: of 30 such contrasts by that generator
-/// the effect was right in twelve.
-const SOIL_FIRST: f64 = 2.0 / 3.0;
-/// Answers up to which an effect by itself is told beside other soil and an effect on it.
-const WITH_SOIL: usize = 3;
-/// Why other soil and an effect stand for each other.
-const ANOTHER_LAW: &str = "another soil and an effect stand for each other, or are there together, where the simulator's wheel law is another; a simulator's log of the same ground (--same-bed) tells them apart";
-/// Why two effects do.
-const TOO_NEAR: &str = "the simulator's wheel law is another, and beside so large a difference what these explain is too near to tell them apart";
 /// Nats by which another form must be better for a cause to be told by it: up to there its magnitude is told by the usual formula,
 /// in which it is known. Not so where a formula is left free, which is told for what it is.
 const ANOTHER_FORM: f64 = 3.0;
@@ -353,62 +332,6 @@ impl Answers {
 }
 
 impl Ranking {
-    /// Puts other soil beside the effects that may be there instead of it or with it, where one of them leads and their evidences are
-    /// near or say nothing. The first two share their probability, for the evidence did not tell them apart.
-    fn stand_in(&mut self, on_other_soil: Option<&str>, by_itself: Option<&str>) {
-        let Some(top) = self.causes.first() else {
-            return;
-        };
-        if self.set.first() != Some(&top.name) {
-            return;
-        }
-        let at = |name: &str| self.causes.iter().position(|c| c.name == name);
-        let gain = |at: usize| self.causes[at].log_evidence_gain;
-        let (rival, share) = if top.name == OTHER_SOIL {
-            let bends = needs_another_form(&top.weighed);
-            let near = |at: &usize| bends || gain(*at) > gain(0) - STAND_IN;
-            let by_itself = by_itself.and_then(at).filter(near);
-            let with_it = on_other_soil.and_then(at).filter(|_| bends);
-            (with_it.or(by_itself), 0.5)
-        } else if top.on_other_soil {
-            let soil = at(OTHER_SOIL);
-            let soil = soil.filter(|at| gain(0) < gain(*at) + ALONE.max(ALONE_SHARE * gain(*at)));
-            let mut others = self.causes.iter().skip(1).filter(|c| c.on_other_soil);
-            let next = others.next().and_then(|c| at(&c.name));
-            let said = at(OTHER_SOIL).map_or(0.0, gain);
-            let next = next.filter(|at| gain(0) < gain(*at) + ALONE_SHARE * said);
-            match (soil, next) {
-                (Some(soil), _) => (Some(soil), SOIL_FIRST),
-                (None, next) => (next, 1.0 - SOIL_FIRST),
-            }
-        } else {
-            (None, 0.0)
-        };
-        let Some(rival) = rival else {
-            return;
-        };
-        let both = self.causes[0].probability + self.causes[rival].probability;
-        let soil = self.causes[rival].name == OTHER_SOIL || self.causes[0].name == OTHER_SOIL;
-        let why = if soil { ANOTHER_LAW } else { TOO_NEAR };
-        self.stand_in = Some((both, why));
-        self.causes[rival].probability = share * both;
-        self.causes[0].probability = (1.0 - share) * both;
-        let name = self.causes[rival].name.clone();
-        if share > 0.5 {
-            // Of what says a little more on other soil, the first stands for all.
-            let first = self.causes[0].name.clone();
-            let stays = |n: &String| *n == first || n == "none" || n == "unknown";
-            self.set.retain(stays);
-            self.set.insert(0, name);
-        } else {
-            self.add(Some(name));
-        }
-        if self.set.len() < WITH_SOIL && soil {
-            self.add(by_itself.map(str::to_owned));
-        }
-        self.causes.sort_by(by_probability);
-    }
-
     /// Gives what may stand unseen beside a cause its part. The verdict is on the cause, whatever else is there unseen.
     pub(crate) fn tell_unseen(&mut self) {
         let mut moved = vec![];
@@ -463,7 +386,8 @@ impl Ranking {
         self.add(Some("none".to_owned()));
     }
 
-    fn add(&mut self, answer: Option<String>) {
+    /// Puts an answer into the set.
+    pub(crate) fn add(&mut self, answer: Option<String>) {
         if let Some(answer) = answer.filter(|name| !self.set.contains(name)) {
             self.set.push(answer);
         }
@@ -483,7 +407,7 @@ fn of_the_ground(causes: &[Cause]) -> Option<String> {
 
 /// The more probable first. Where something unknown takes all, the floor leaves all causes alike: their evidences still order
 /// them.
-fn by_probability(a: &Cause, b: &Cause) -> Ordering {
+pub(crate) fn by_probability(a: &Cause, b: &Cause) -> Ordering {
     b.probability
         .total_cmp(&a.probability)
         .then_with(|| b.log_evidence_gain.total_cmp(&a.log_evidence_gain))

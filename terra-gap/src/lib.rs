@@ -60,6 +60,7 @@ mod shared;
 mod signatures;
 mod soil;
 mod soil_space;
+mod stand_in;
 mod starts;
 mod structures;
 mod thin;

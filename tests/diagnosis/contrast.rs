@@ -19,18 +19,31 @@ fn log(effect: &str, seed: u64) -> RigLog {
 
 /// The same on any soil.
 fn log_on(terrain: &str, effect: &str, seed: u64) -> RigLog {
+    simulated(
+        ("linear-stress", terrain, "condition = \"smooth\""),
+        effect,
+        seed,
+    )
+}
+
+/// A load in its own rut, after trials at three loads.
+const SECOND_PASS: &str = "[[trial]]\nslip = [0.05, 0.1, 0.2, 0.35, 0.55, 0.8]\nnormal_load_N = [245.0]\npass = 2\n\
+    travel_speed_m_s = 0.05";
+
+/// Trials of a wheel law on a soil, what follows them, and an effect.
+fn simulated((law, terrain, then): (&str, &str, &str), effect: &str, seed: u64) -> RigLog {
     let text = format!(
         r#"
         seed = {seed}
         rover = "rig.toml"
         terrain = "{terrain}"
-        model = "linear-stress"
+        model = "{law}"
         [[trial]]
         slip = [0.05, 0.1, 0.2, 0.35, 0.55, 0.8]
         normal_load_N = [150.0, 245.0, 400.0]
         repeats = 2
         travel_speed_m_s = 0.05
-        condition = "smooth"
+        {then}
         {effect}
         "#
     );
@@ -265,46 +278,20 @@ fn a_rig_s_second_pass_is_asked_against_its_first() {
     assert!(asked(&real));
 }
 
-/// Trials of a wheel law with an effect, a second pass among them.
-fn by_the_law(law: &str, terrain: &str, effect: &str, seed: u64) -> RigLog {
-    let text = format!(
-        r#"
-        seed = {seed}
-        rover = "rig.toml"
-        terrain = {terrain}
-        model = "{law}"
-        [[trial]]
-        slip = [0.05, 0.1, 0.2, 0.35, 0.55, 0.8]
-        normal_load_N = [150.0, 245.0, 400.0]
-        repeats = 2
-        travel_speed_m_s = 0.05
-        [[trial]]
-        slip = [0.05, 0.1, 0.2, 0.35, 0.55, 0.8]
-        normal_load_N = [245.0]
-        pass = 2
-        travel_speed_m_s = 0.05
-        {effect}
-        "#
-    );
-    let scenario = Scenario::parse(&text, "scenario.toml").unwrap();
-    let found = simulate_rig(&scenario, &rig(), &Registry::builtin());
-    found.unwrap().log
-}
-
 /// A simulator of one wheel law, ground of another, and a nominal law that is neither: the law's difference is not missing by itself,
 /// and what else is missing is among the answers in spite of it.
 #[test]
 fn three_wheel_laws_hide_no_effect() {
     let (rover, registry) = (rig(), Registry::builtin());
     let settings = Settings::of(&rover);
-    let soil = "\"dry_sand\"";
-    let sim = by_the_law("scm-column", soil, "", 7);
+    let trials = |law, effect: &str, seed| simulated((law, "dry_sand", SECOND_PASS), effect, seed);
+    let sim = trials("scm-column", "", 7);
     for (name, magnitude) in [("none", 0.0), ("multipass", 1.0), ("slip-sinkage", 0.6)] {
         let effect = match name {
             "none" => String::new(),
             _ => format!("[[effect]]\nname = \"{name}\"\nmagnitude = {magnitude}\n"),
         };
-        let real = by_the_law("linear-stress", soil, &effect, 8);
+        let real = trials("linear-stress", &effect, 8);
         let found = diagnose_rig_against(&sim, &real, &rover, &registry, &settings, false);
         let d = found.unwrap().0;
         let told = format!("{name}: {} {:?} {:?}", d.verdict, d.set, d.reason);
