@@ -39,6 +39,15 @@ impl TerrainModel for FirmGround {
     ];
     const REFERENCE: &'static str = "example";
 
+    /// Dry, wet and loose: where a diagnosis starts, as no catalogue of soils knows these parameters.
+    fn typical() -> Vec<Vec<f64>> {
+        vec![
+            vec![0.7, 0.05, 0.03],
+            vec![0.4, 0.1, 0.03],
+            vec![0.5, 0.2, 0.08],
+        ]
+    }
+
     fn wheel_forces<T: Real>(
         &self,
         p: &[T],

@@ -19,6 +19,7 @@ use crate::predictor::Predictor;
 use crate::rig;
 use crate::settings::{LogKind, Settings};
 use crate::setup::{Rival, Setup};
+use crate::soil::{free_soil, rival_soil};
 use crate::soil_space::SoilSpace;
 
 /// Diagnoses a rig log. Returns the predictor too, for curves.
@@ -452,7 +453,8 @@ pub(crate) fn setup<'a>(
     labels: &[String],
 ) -> Result<Setup<'a>, GapError> {
     let law = registry.law(&rover.terrain.model)?.quick();
-    let soil = Arc::new(soil_of(&law, rover, labels)?);
+    let soil = |each| Arc::new(SoilSpace::new(each, labels));
+    let nominal = soil(free_soil(&law, rover)?);
     let (mut structures, mut without) = (vec![], vec![]);
     let others = registry.models().iter();
     for m in others.filter(|m| m.name() != law.model().name()) {
@@ -460,11 +462,11 @@ pub(crate) fn setup<'a>(
         let Ok(other) = Law::new(Arc::clone(m), law.effects().to_vec()) else {
             continue;
         };
-        match soil_of(&other, rover, labels) {
-            Ok(soil) => structures.push(Rival {
+        match rival_soil(&other, rover) {
+            Ok(each) => structures.push(Rival {
                 name,
                 law: other.quick(),
-                soil: Arc::new(soil),
+                soil: soil(each),
             }),
             Err(why) => without.push((name, format!("[terrain] start does not give it: {why}"))),
         }
@@ -473,16 +475,10 @@ pub(crate) fn setup<'a>(
         registry,
         rover,
         law,
-        soil,
+        soil: nominal,
         structures,
         without,
         kind,
         inherited: None,
     })
-}
-
-/// The free soil parameters of a law around the rover file's start.
-fn soil_of(law: &Law, rover: &Rover, labels: &[String]) -> Result<SoilSpace, GapError> {
-    let each = crate::soil::free_soil(law, rover)?;
-    Ok(SoilSpace::new(each, labels))
 }

@@ -66,6 +66,9 @@ pub trait TerrainModel: Default + Send + Sync + 'static {
     /// Whether pull and torque follow from slip, load, wheel and hooks alone, and without a jump or a bend on either side of zero
     /// slip: what they are between contacts may then be interpolated.
     const BY_SLIP_AND_LOAD: bool = false;
+    /// A diagnosis asks by itself whether the ground follows this model instead of the nominal one. Not so for models of other ground
+    /// than soil, or of another wheel, whose [`typical`](Self::typical) parameters say nothing of the soil at hand.
+    const RIVAL: bool = true;
 
     /// Forces of the ground on one wheel.
     ///
@@ -118,7 +121,8 @@ pub trait TerrainModel: Default + Send + Sync + 'static {
         Soil::unknown()
     }
 
-    /// Parameter vectors of typical soils, for models whose parameters the catalogue does not give.
+    /// Parameter vectors of typical soils, for models whose parameters the catalogue does not give. A diagnosis starts from the first
+    /// where the rover file's start does not give them.
     fn typical() -> Vec<Vec<f64>> {
         Vec::new()
     }
@@ -193,6 +197,10 @@ pub trait AnyModel: ModelAt<f64> + ModelAt<Dual8> + ModelAt<Lanes> + ModelAt<Lan
     }
     /// See [`TerrainModel::typical`].
     fn typical_parameters(&self) -> Vec<Vec<f64>>;
+    /// See [`TerrainModel::RIVAL`].
+    fn is_rival(&self) -> bool {
+        true
+    }
     /// See [`TerrainModel::stresses`].
     ///
     /// # Errors
@@ -256,6 +264,9 @@ impl<M: TerrainModel> AnyModel for M {
     }
     fn typical_parameters(&self) -> Vec<Vec<f64>> {
         M::typical()
+    }
+    fn is_rival(&self) -> bool {
+        M::RIVAL
     }
     fn stress_field(
         &self,

@@ -126,6 +126,24 @@ def test_an_effect_that_is_flat_at_zero_is_seen_where_it_says_so(examples):
     assert "no trace" in unsaid["digs-by-square"]
 
 
+def test_own_model_competes_from_its_typical_soil(examples):
+    class Starting(Saturating):
+        typical = {"traction": 0.5, "slip_scale": 0.1, "rolling_resistance": 0.05}
+
+    log, _ = terra.simulate(examples / "rig/slip_sinkage.toml")
+    options = dict(effects=["torque-bias"], combine=1, hold_out="slip")
+
+    def weighed(model):
+        verdict = terra.gap(log, examples / "rig/rig.toml", registry=terra.Registry(models=[model]), **options)
+        return "structure:saturating" in verdict["evidence"]["names"]
+
+    assert weighed(Starting())
+    assert not weighed(Saturating())
+    Starting.typical = {"tractionn": 0.5}
+    with pytest.raises(terra.ConfigurationError, match="'tractionn' is no parameter"):
+        terra.Registry(models=[Starting()])
+
+
 def test_what_python_raises_comes_back():
     class Broken(Saturating):
         def wheel_forces(self, p, at):

@@ -1,6 +1,6 @@
 //! A user's own terrain model and effect: thirty lines each, one line to join, and everything else follows.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use terra::data::{Rover, Start};
@@ -11,7 +11,7 @@ use terra::mme::{
 };
 use terra::model::{
     Contact, Effect, ForceLaw, ModelError, Param, Real, Registry, Scale, Soil, TerrainModel, Touch,
-    WheelForces, conformance,
+    WheelForces, catalogue, conformance,
 };
 use terra::sim::{EffectSetting, Scenario, Trial, paper, simulate_rig};
 
@@ -44,6 +44,14 @@ impl TerrainModel for Saturating {
         param("rolling_resistance", 0.001, 0.5, Scale::Log, 0.3),
     ];
     const REFERENCE: &'static str = "this test";
+
+    fn typical() -> Vec<Vec<f64>> {
+        vec![
+            vec![0.5, 0.1, 0.05],
+            vec![0.8, 0.05, 0.02],
+            vec![0.3, 0.3, 0.1],
+        ]
+    }
 
     fn wheel_forces<T: Real>(
         &self,
@@ -257,4 +265,66 @@ fn own_effect_takes_part_in_the_diagnosis() {
         (magnitude - 0.4).abs() < 0.1,
         "magnitude .4 was simulated, {magnitude} found"
     );
+}
+
+/// Ground that follows the user's model is told from soil of the nominal one, whose parameters it has none of: it starts where its
+/// author says.
+#[test]
+fn own_model_takes_part_in_the_diagnosis() {
+    let names = Saturating::PARAMS.iter().map(|p| p.name.to_owned());
+    let soil = Start::Values(names.zip([0.4, 0.15, 0.04]).collect::<BTreeMap<_, _>>());
+    let rover = rig("wong-reece", Start::Id("dry_sand".to_owned()));
+    let mut scenario = trials("saturating", &soil, 0.0);
+    scenario.effects.clear();
+    let log = simulate_rig(&scenario, &rover, &registry()).unwrap().log;
+    let settings = Settings::of(&rover);
+    let (told, _) = diagnose_rig(&log, &rover, &registry(), &settings).unwrap();
+    let causes: Vec<_> = told
+        .causes
+        .iter()
+        .map(|c| (&c.name, c.probability))
+        .collect();
+    assert_eq!(
+        told.set[0], "structure:saturating",
+        "{causes:?} {:?}",
+        told.reason
+    );
+}
+
+/// A table of a catalogue soil's values asks the same models as its name.
+#[test]
+fn a_table_of_values_leaves_no_model_out() {
+    let registry = Registry::builtin();
+    let law = registry.law("wong-reece").unwrap();
+    let values = catalogue::find("dry_sand")
+        .unwrap()
+        .parameters(law.model())
+        .unwrap();
+    let names = law.params().iter().map(|p| p.name.to_owned());
+    let table = Start::Values(names.zip(values).collect());
+    let id = Start::Id("dry_sand".to_owned());
+    let log = {
+        let mut scenario = trials("wong-reece", &id, 0.0);
+        scenario.effects.clear();
+        let rover = rig("wong-reece", id.clone());
+        simulate_rig(&scenario, &rover, &registry).unwrap().log
+    };
+    let found = [id, table].map(|start| {
+        let rover = rig("wong-reece", start);
+        diagnose_rig(&log, &rover, &registry, &Settings::of(&rover))
+            .unwrap()
+            .0
+    });
+    let asked = found.each_ref().map(|d| {
+        let names = d.causes.iter().map(|c| c.name.clone());
+        names
+            .filter(|n| n.starts_with("structure:"))
+            .collect::<BTreeSet<_>>()
+    });
+    assert!(
+        asked[0].iter().any(|n| n == "structure:scm-column"),
+        "{asked:?}"
+    );
+    assert_eq!(asked[0], asked[1]);
+    assert_eq!(found[0].set, found[1].set);
 }

@@ -295,6 +295,7 @@ cos θf = cos θ1 + z_0/R, and carries p_t; a wheel that sinks less stays round,
 W = b R ∫ (σ cos θ + τ sin θ) dθ + b p_t l,  D = b R ∫ (τ cos θ - σ sin θ) dθ + b ∫ τ dx,
 T = b R² ∫ τ dθ + b R cos θf ∫ τ dx;  τ = (c + σ tan φ) E(j), on the front j = R [(θ1 - θ) - (1 - i)(sin θ1 - sin θ)],
 under the flat j = j(θf) + i x.";
+    const RIVAL: bool = false;
     const REFERENCE: &'static str =
         "M. G. Bekker, 1969; J. Y. Wong, Theory of Ground Vehicles (forms recalled)";
     const HOOKS: &'static [Hook] = &[

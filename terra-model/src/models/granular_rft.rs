@@ -202,6 +202,7 @@ cos γ = (1 - i - cos θ)/N and sin γ = sin θ/N. It is pushed back by ζ z α_
 α_x = C11 cos(2β + γ) + C01 cos γ + C-11 cos(-2β + γ) + D10 sin 2β. Only pieces that move into the sand feel it, which
 on a rolling wheel is its front, 0 <= θ <= θ1:
 W = b R ζ ∫ z α_z dθ,  D = -b R ζ ∫ z α_x dθ,  T = b R² ζ ∫ z (α_z sin θ - α_x cos θ) dθ,  z = R (cos θ - cos θ1).";
+    const RIVAL: bool = false;
     const REFERENCE: &'static str =
         "C. Li, T. Zhang, D. I. Goldman, Science 339:1408-1412, 2013 (generic coefficients)";
     const HOOKS: &'static [Hook] = &[Hook::Stiffness, Hook::ContactRadius];

@@ -78,6 +78,7 @@ impl TerrainModel for HardGround {
     const EQUATION: &'static str = "\
 F = μ W sin(C atan(B s - E (B s - atan(B s)))),  D = F - f W,  T = R F, s the library slip. C = 1, E = 0 and a large B
 is Coulomb's law.";
+    const RIVAL: bool = false;
     const REFERENCE: &'static str =
         "H. B. Pacejka, Tire and Vehicle Dynamics (magic formula, recalled)";
     const HOOKS: &'static [Hook] = &[Hook::Friction];

@@ -51,6 +51,7 @@ impl TerrainModel for WesBrixius {
     const EQUATION: &'static str = "\
 Bn = (CI b d/W)(1 + 5 δ/h)/(1 + 3 b/d),  gross traction GT/W = .88 (1 - e^(-.1 Bn))(1 - e^(-7.5 s)) + .04,
 motion resistance MR/W = 1/Bn + .04 + .5 s/sqrt(Bn),  D = GT - MR,  T = R GT. Driving only.";
+    const RIVAL: bool = false;
     const REFERENCE: &'static str =
         "W. W. Brixius, ASAE paper 87-1622, 1987 (coefficients recalled)";
 

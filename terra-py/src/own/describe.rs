@@ -1,5 +1,7 @@
 //! What a Python object says of itself: name, parameters, source.
 
+use std::collections::BTreeMap;
+
 use pyo3::prelude::*;
 use terra_model::{Hook, Param, Scale};
 
@@ -58,6 +60,33 @@ pub(super) fn parameters(object: &Bound<'_, PyAny>) -> PyResult<&'static [Param]
         ));
     }
     Ok(Box::leak(all.into_boxed_slice()))
+}
+
+/// `typical`, a dict of all parameters or a list of such dicts; nothing where it is absent.
+pub(super) fn typical(object: &Bound<'_, PyAny>, params: &[Param]) -> PyResult<Vec<Vec<f64>>> {
+    let Some(given) = object.getattr_opt("typical")? else {
+        return Ok(vec![]);
+    };
+    let soils: Vec<BTreeMap<String, f64>> = match given.extract() {
+        Ok(one) => vec![one],
+        Err(_) => given.extract()?,
+    };
+    let vector = |soil: &BTreeMap<String, f64>| {
+        let known = |name: &String| params.iter().any(|p| p.name == name);
+        if let Some(name) = soil.keys().find(|name| !known(name)) {
+            return Err(ConfigurationError::new_err(format!(
+                "typical: '{name}' is no parameter of this model"
+            )));
+        }
+        let value = |p: &Param| {
+            let found = soil.get(p.name).copied();
+            found.ok_or_else(|| {
+                ConfigurationError::new_err(format!("typical: a value of '{}' is missing", p.name))
+            })
+        };
+        params.iter().map(value).collect()
+    };
+    soils.iter().map(vector).collect()
 }
 
 /// `hooks` or `needs`: names of the places inside a stress integral.

@@ -29,16 +29,19 @@ pub(super) struct PythonModel {
     reference: &'static str,
     params: &'static [Param],
     hooks: &'static [Hook],
+    typical: Vec<Vec<f64>>,
     trouble: Trouble,
 }
 
 impl PythonModel {
     pub(super) fn new(object: &Bound<'_, PyAny>, trouble: Trouble) -> PyResult<Self> {
+        let params = describe::parameters(object)?;
         Ok(PythonModel {
             name: describe::text(object, "name")?,
             summary: describe::text_or(object, "summary", "a model of one's own")?,
             reference: describe::text_or(object, "reference", "unpublished")?,
-            params: describe::parameters(object)?,
+            params,
+            typical: describe::typical(object, params)?,
             hooks: describe::hooks(object, "hooks")?,
             object: object.clone().unbind(),
             trouble,
@@ -197,7 +200,7 @@ impl AnyModel for PythonModel {
         Ok(())
     }
     fn typical_parameters(&self) -> Vec<Vec<f64>> {
-        Vec::new()
+        self.typical.clone()
     }
     fn stress_field(&self, _: &[f64], _: &Contact<f64>) -> Result<Option<StressField>, ModelError> {
         Ok(None)
