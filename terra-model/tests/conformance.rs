@@ -9,8 +9,8 @@ use terra_model::conformance::{
 };
 use terra_model::models::Slots;
 use terra_model::{
-    AnyEffect, AnyModel, Contact, Effect, ForceLaw, Hook, Law, ModelError, Param, Real, Registry,
-    Scale, Soil, TerrainModel, Touch, WheelForces,
+    AnyEffect, AnyModel, Channel, Circumstance, Contact, Effect, ForceLaw, Hook, Law, ModelError,
+    Param, Real, Registry, Scale, Soil, TerrainModel, Touch, WheelForces,
 };
 
 #[test]
@@ -254,6 +254,86 @@ fn a_sound_effect_of_a_user_passes_and_planted_mistakes_are_found() {
     assert!(findings(check_effect::<Softer<2>>()).contains("touches"));
     assert!(findings(check_effect::<Softer<3>>()).contains("zero"));
     assert!(findings(check_effect::<Softer<4>>()).contains("kebab"));
+}
+
+/// Pull that falls with the path; `FAULT` plants one mistake.
+#[derive(Default)]
+struct Wears<const FAULT: u8>;
+
+impl<const FAULT: u8> Effect for Wears<FAULT> {
+    const NAME: &'static str = "wears";
+    const SUMMARY: &'static str = "the treads wear";
+    const PARAMS: &'static [Param] = &[Param {
+        name: "magnitude",
+        symbol: "e",
+        unit: if FAULT == 1 { "furlong" } else { "1/m" },
+        min: 0.0,
+        max: if FAULT == 2 { 1.0 } else { 0.1 },
+        scale: Scale::Linear,
+        prior_sd: 0.05,
+        doc: "share of the thrust lost on a metre",
+    }];
+    const REFERENCE: &'static str = "this test";
+    const TOUCHES: &'static [Touch] = &[Touch::Forces];
+    const READS: &'static [Circumstance] = match FAULT {
+        3 => &[],
+        4 => &[Circumstance::Path, Circumstance::Side],
+        _ => &[Circumstance::Path],
+    };
+    const SHARE: f64 = if FAULT == 5 { 0.1 } else { 0.0 };
+    const REGIME: &'static str = "late";
+    const ISOLATED_BY: &'static str = "new treads";
+
+    fn after<T: Real>(&self, e: &[T], _: &Soil<T>, at: &Contact<T>, f: &mut WheelForces<T>) {
+        let worn = match FAULT {
+            2 => e[0] / (T::one() - e[0]) * at.path,
+            6 => e[0] * at.path * T::from_primal(at.slip.primal()),
+            _ => e[0] * at.path,
+        };
+        let lost = f.parts.thrust * worn;
+        f.parts.thrust -= lost;
+        f.drawbar_pull -= lost;
+    }
+}
+
+/// A gyroscope whose error grows with the square of its magnitude.
+#[derive(Default)]
+struct Bent<const FLAT: bool>;
+
+impl<const FLAT: bool> Effect for Bent<FLAT> {
+    const NAME: &'static str = "bent";
+    const SUMMARY: &'static str = "the gyroscope is bent";
+    const PARAMS: &'static [Param] = Softer::<0>::PARAMS;
+    const REFERENCE: &'static str = "this test";
+    const TOUCHES: &'static [Touch] = &[Touch::Sensor];
+    const CHANNELS: &'static [Channel] = &[Channel::YawRate];
+    const FLAT: bool = FLAT;
+    const REGIME: &'static str = "turning";
+    const ISOLATED_BY: &'static str = "a turntable";
+
+    fn report<T: Real>(&self, e: &[T], channel: Channel, truth: T, _: T) -> T {
+        match channel {
+            Channel::YawRate => truth * (T::one() + e[0].squared()),
+            _ => truth,
+        }
+    }
+}
+
+/// What an effect says of itself is held against what it does.
+#[test]
+fn promises_that_are_not_kept_are_found() {
+    fn told<E: Effect>() -> String {
+        check_effect::<E>().map_or_else(|e| e.to_string(), |_| String::new())
+    }
+    assert_eq!(told::<Wears<0>>(), "");
+    assert!(told::<Wears<1>>().contains("'furlong'"));
+    assert!(told::<Wears<2>>().contains("an end of its range"));
+    assert!(told::<Wears<3>>().contains("READS must have it"));
+    assert!(told::<Wears<4>>().contains("READS has the side"));
+    assert!(told::<Wears<5>>().contains("SHARE"));
+    assert!(told::<Wears<6>>().contains("by slip"));
+    assert_eq!(told::<Bent<true>>(), "");
+    assert!(told::<Bent<false>>().contains("FLAT = true"));
 }
 
 /// Nothing illegal reaches a model: the law refuses it by name.

@@ -8,17 +8,18 @@ use wide::f64x8;
 use super::derivatives::{compare, step};
 use super::model::by_slip_and_load;
 use super::numeric::difference;
+use super::promises;
 use super::sample::{
     self, contact, contact_values, contacts, force_values, hooks, load_values, vehicle_values,
 };
 use super::{Checked, Failures, Record, described};
 use crate::contact::Contact;
-use crate::dual::Dual8;
+use crate::dual::{Dual8, jacobian};
 use crate::effect::{AnyEffect, Channel, Effect, Touch};
 use crate::error::ModelError;
 use crate::forces::{Angles, WheelForces};
 use crate::lanes::Lanes;
-use crate::law::{ForceLaw, Law};
+use crate::law::{ForceLaw, Law, lift_with};
 use crate::model::AnyModel;
 use crate::param::Param;
 use crate::real::Real;
@@ -92,6 +93,10 @@ pub fn check_effect_dyn(effect: &dyn AnyEffect) -> Result<Checked, Failures> {
 
     nothing_at_zero(&mut record, effect);
     acts_where_it_says(&mut record, effect);
+    promises::circumstances(&mut record, effect);
+    promises::share(&mut record, effect);
+    promises::slope_beside_forces(&mut record, effect);
+    promises::ends(&mut record, effect);
     values(&mut record, effect);
     record.finish()
 }
@@ -157,6 +162,7 @@ pub fn check_pair(
         }
         for at in [contact(0.3, 245.25), contact(-0.2, 90.0)] {
             let x = with(&magnitude);
+            by_contact(&mut record, &law, &x, &at);
             let Ok((value, exact)) = law.jacobian(&x, &at) else {
                 continue;
             };
@@ -198,6 +204,52 @@ pub fn check_pair(
     record.finish()
 }
 
+/// Pull and torque under the effect by slip and load: what noise of these two is carried by.
+fn by_contact(record: &mut Record, law: &Law, x: &[f64], at: &Contact<f64>) {
+    let parameters: Vec<Dual8> = x.iter().map(|v| Dual8::from(*v)).collect();
+    let exact = jacobian(&[at.slip, at.normal_load], |v| {
+        let f = law.forces_at(&parameters, &lift_with(at, v[0], v[1]))?;
+        Ok::<_, ModelError>(vec![f.drawbar_pull, f.resistive_torque])
+    });
+    let Ok((value, exact)) = exact else {
+        return;
+    };
+    let [pull, torque] = [value[0], value[1]];
+    let force = pull.abs() + torque.abs() / at.radius;
+    for (column, (name, from, h)) in [
+        ("slip", at.slip, 2e-3),
+        ("normal_load", at.normal_load, 2e-3 * at.normal_load),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let along = |v: f64| {
+            let mut moved = *at;
+            *(if column == 0 {
+                &mut moved.slip
+            } else {
+                &mut moved.normal_load
+            }) = v;
+            let f = law.forces(x, &moved).ok()?;
+            Some([f.drawbar_pull, f.resistive_torque])
+        };
+        let Some(found) = difference(&along, from, h) else {
+            continue;
+        };
+        for (row, found) in found.into_iter().enumerate() {
+            let size = if row == 0 { force } else { force * at.radius };
+            let per = size / (from.abs() + 50.0 * h);
+            compare(record, exact[(row, column)], found, per, || {
+                let output = ["pull", "torque"][row];
+                format!(
+                    "{output} by {name} at slip {}, load {} N",
+                    at.slip, at.normal_load
+                )
+            });
+        }
+    }
+}
+
 /// A magnitude of `share` prior deviations inside the declared range.
 fn typical(params: &[Param], share: f64) -> Vec<f64> {
     params
@@ -207,7 +259,7 @@ fn typical(params: &[Param], share: f64) -> Vec<f64> {
 }
 
 /// Sample magnitudes, none of them zero.
-fn magnitudes(params: &[Param]) -> Vec<Vec<f64>> {
+pub(super) fn magnitudes(params: &[Param]) -> Vec<Vec<f64>> {
     let nonzero = |e: &Vec<f64>| e.iter().all(|x| *x != 0.0);
     [-1.5, -0.4, 0.05, 0.4, 1.5]
         .into_iter()
@@ -232,16 +284,19 @@ fn slope_at_zero(record: &mut Record, law: &Law, p: &[f64], effect: &dyn AnyEffe
         acts |= bits(&force_values(&value)) != bits(&force_values(&there));
         slopes |= jacobian.column(p.len()).iter().any(|v| *v != 0.0);
     }
-    record.expect(!acts || effect.is_flat() != slopes, "flat", || {
-        format!(
-            "it says that it is {}flat at zero, and {} slope there",
-            if effect.is_flat() { "" } else { "not " },
-            if slopes { "has a" } else { "has no" }
-        )
-    });
+    record.expect(
+        !acts || effect.is_flat() != slopes,
+        "flat",
+        || match slopes {
+            true => "FLAT is true, and it has a slope at zero: leave it false".to_owned(),
+            false => {
+                "it has no slope at zero, so that a screen would not see it: FLAT = true".to_owned()
+            }
+        },
+    );
 }
 
-fn bits(values: &[f64]) -> Vec<u64> {
+pub(super) fn bits(values: &[f64]) -> Vec<u64> {
     // -0 and +0 are the same number.
     values
         .iter()
@@ -263,7 +318,7 @@ fn forces<T: Real>() -> WheelForces<T> {
 }
 
 /// What the effect makes of one of its five subjects: all numbers of it, before (`e` none) or after.
-fn act<T: Scalar>(
+pub(super) fn act<T: Scalar>(
     effect: &dyn AnyEffect,
     touch: Touch,
     at: &Contact<f64>,

@@ -24,6 +24,7 @@ mod derivatives;
 mod effect;
 mod model;
 mod numeric;
+mod promises;
 mod sample;
 
 use std::fmt;
@@ -137,6 +138,12 @@ fn described(record: &mut Record, texts: [(&str, &str); 3], params: &[crate::Par
             "parameters",
             || format!("{} lacks a unit, a symbol or a meaning", p.name),
         );
+        record.expect(promises::is_si(p.unit), "parameters", || {
+            format!(
+                "{}: unit '{}' is not put together of SI symbols (m, s, kg, rad, N, Pa, ...; 1 for none)",
+                p.name, p.unit
+            )
+        });
         record.expect(p.min < p.max, "parameters", || {
             format!("{}: range [{}, {}]", p.name, p.min, p.max)
         });
