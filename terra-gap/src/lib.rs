@@ -48,6 +48,7 @@ mod predictor;
 mod renewal;
 mod rig;
 mod rivals;
+mod roomier;
 mod roughness;
 mod round;
 mod run;
@@ -90,6 +91,7 @@ pub use locate::Place;
 pub use logs::{JoinedLogs, Named};
 pub use next::Experiment;
 pub use rig::RigPredictor;
+pub use roomier::by_roomier_windows;
 pub use run::{
     diagnose_drive, diagnose_drive_against, diagnose_drives, diagnose_drives_against, diagnose_rig,
     diagnose_rig_against, diagnose_rigs, diagnose_rigs_against, diagnose_windows,

@@ -17,6 +17,7 @@ use crate::logs::{Logs, Named};
 use crate::parallel::among_them;
 use crate::predictor::Predictor;
 use crate::rig;
+use crate::roomier::by_roomier_windows;
 use crate::settings::{LogKind, Settings};
 use crate::setup::{Rival, Setup};
 use crate::soil::{free_soil, rival_soil};
@@ -293,10 +294,13 @@ fn drive_logs(
         return Ok(by_motion);
     }
     let most = settings.windows;
-    let windows: Vec<DriveWindows> = logs
-        .iter()
-        .map(|(_, log)| DriveWindows::of(log, rover, most))
-        .collect::<Result<_, _>>()?;
+    let windows_by = |rover: &Rover| -> Result<Vec<DriveWindows>, GapError> {
+        let each = logs
+            .iter()
+            .map(|(_, log)| DriveWindows::of(log, rover, most));
+        each.collect()
+    };
+    let windows = windows_by(rover)?;
     let sim = match sim {
         None => None,
         Some((sim, same_soil)) => Some((DriveWindows::of(sim, rover, most)?, same_soil)),
@@ -304,7 +308,16 @@ fn drive_logs(
     let against = sim.as_ref().map(|(sim, same_soil)| (sim, *same_soil));
     let told = logs.replaced_by(&windows);
     let by_forces = drive_windows(&told, against, rover, registry, settings);
-    if sim.is_some() || windows.iter().any(DriveWindows::has_torques) {
+    if sim.is_some() {
+        return by_forces;
+    }
+    let by_forces = by_forces.and_then(|found| {
+        by_roomier_windows(found, &windows, rover, |wide| {
+            let windows = windows_by(wide)?;
+            drive_windows(&logs.replaced_by(&windows), None, wide, registry, settings)
+        })
+    });
+    if windows.iter().any(DriveWindows::has_torques) {
         return by_forces;
     }
     or_by_motion(by_forces, || diagnose_logs(logs, rover, registry, settings))

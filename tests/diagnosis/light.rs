@@ -6,8 +6,11 @@
 
 use std::fmt::Write as _;
 
-use terra::data::parse_rover;
-use terra::gap::{Diagnosis, Settings, diagnose_drive};
+use terra::data::{DriveLog, Rover, parse_rover};
+use terra::gap::{
+    Diagnosis, DriveWindows, GapError, Named, Settings, by_roomier_windows, diagnose_drive,
+    diagnose_windows,
+};
 use terra::model::Registry;
 use terra::sim::{Scenario, simulate_drive};
 
@@ -65,6 +68,11 @@ const LEGS: [(f64, f64); 20] = [
 ];
 
 fn driven(missing: Option<(&str, f64)>, seed: u64) -> Diagnosis {
+    let (log, rover) = drive(missing, seed);
+    diagnose_drive(&log, &rover, &Registry::builtin(), &Settings::of(&rover)).unwrap()
+}
+
+fn drive(missing: Option<(&str, f64)>, seed: u64) -> (DriveLog, Rover) {
     let rover = parse_rover(ROVER, "rover.toml").unwrap();
     let mut text = format!(
         "seed = {seed}\nrover = \"rover.toml\"\nrate_hz = 100.0\nterrain = \"north_gower\"\n"
@@ -81,9 +89,10 @@ fn driven(missing: Option<(&str, f64)>, seed: u64) -> Diagnosis {
     }
     let mut scenario = Scenario::parse(&text, "scenario.toml").unwrap();
     scenario.effects = missing.map(effect).into_iter().collect();
-    let registry = Registry::builtin();
-    let log = simulate_drive(&scenario, &rover, &registry).unwrap().log;
-    diagnose_drive(&log, &rover, &registry, &Settings::of(&rover)).unwrap()
+    let log = simulate_drive(&scenario, &rover, &Registry::builtin())
+        .unwrap()
+        .log;
+    (log, rover)
 }
 
 #[test]
@@ -104,4 +113,71 @@ fn pushes_of_rough_ground_are_no_cause() {
 fn a_cause_is_found_on_rough_ground() {
     let d = driven(Some(("tow-load", 8.0)), 2);
     assert_eq!(d.causes[0].name, "tow-load", "{} {:?}", d.verdict, d.set);
+}
+
+/// Where two readings of the ground speed in a window leave a cause unknown, windows of three are asked, and believed where they name
+/// one; three in a window are enough, and so is a window that the rover file gives.
+#[test]
+fn two_readings_in_a_window_are_looked_at_again() {
+    let (log, rover) = drive(Some(("cg-offset", 0.1)), 2);
+    let registry = Registry::builtin();
+    let read_every = |rows: usize| {
+        let mut log = log.clone();
+        let each = log.ground_speed.iter().flat_map(|s| s.iter());
+        let thinned = each.enumerate().map(|(k, v)| v.filter(|_| k % rows == 0));
+        log.ground_speed = Some(thinned.collect());
+        log
+    };
+    let asking = |effects: &[&str], log: &DriveLog, rover: &Rover| {
+        let settings = Settings {
+            effects: Some(effects.iter().map(|&e| e.to_owned()).collect()),
+            combine: 1,
+            ..Settings::of(rover)
+        };
+        let windows = DriveWindows::of(log, rover, settings.windows).unwrap();
+        let named = Named {
+            name: "log.csv",
+            log: &windows,
+        };
+        let d = diagnose_windows(&[named], None, rover, &registry, &settings).unwrap();
+        (d, windows)
+    };
+    let again = |rows: usize, window: Option<f64>, effects: &[&str]| {
+        let log = read_every(rows);
+        let mut rover = rover.clone();
+        rover.gap.window_given = window.is_some();
+        rover.gap.window = window.unwrap_or(rover.gap.window);
+        // The cause is not asked at first.
+        let (found, windows) = asking(&["accel-bias"], &log, &rover);
+        assert_eq!(found.verdict, "unknown", "{:?}", found.set);
+        let mut asked = None;
+        let d = by_roomier_windows(found, [&windows], &rover, |wide| {
+            asked = Some(wide.gap.window);
+            Ok::<_, GapError>(asking(effects, &log, wide).0)
+        });
+        (d.unwrap(), asked)
+    };
+    let cause = ["accel-bias", "cg-offset"];
+    let (d, asked) = again(10, None, &cause);
+    assert_eq!((asked, &*d.set[0]), (Some(0.3), "cg-offset"), "{:?}", d.set);
+    assert!(
+        d.heed
+            .iter()
+            .any(|h| h.starts_with("windows of 0.3 s: those of 0.2 s")),
+        "{:?}",
+        d.heed
+    );
+    let (d, asked) = again(10, None, &["accel-bias"]);
+    assert_eq!((asked, d.verdict), (Some(0.3), "unknown"));
+    assert!(
+        d.heed
+            .iter()
+            .all(|h| !h.starts_with("windows of 0.3 s: those")),
+        "{:?}",
+        d.heed
+    );
+    for (rows, window) in [(1, None), (10, Some(0.2))] {
+        let (d, asked) = again(rows, window, &cause);
+        assert_eq!((asked, d.verdict), (None, "unknown"));
+    }
 }

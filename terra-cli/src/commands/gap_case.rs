@@ -6,8 +6,8 @@ use terra_data::{
     DriveInspector, DriveLog, LogKind, RigLog, Rover, Suspicion, hypothesis_terrains, inspect_drive,
 };
 use terra_gap::{
-    Diagnosis, DriveWindows, GapError, Named, Provenance, Settings, diagnose_drives, diagnose_rigs,
-    diagnose_rigs_against, diagnose_windows,
+    Diagnosis, DriveWindows, GapError, Named, Provenance, Settings, by_roomier_windows,
+    diagnose_drives, diagnose_rigs, diagnose_rigs_against, diagnose_windows,
 };
 use terra_model::Registry;
 
@@ -193,10 +193,10 @@ pub(crate) fn diagnose(
                         complete(&mut rover, &each, registry, &terrains).map_err(in_files)?
                     };
                     let most = settings.windows;
-                    let windows = |file: &LogFile<'_>| windows(file, &rover, most);
+                    let windows_of = |file: &LogFile<'_>| windows(file, &rover, most);
                     let mut logs = vec![];
                     for (name, log) in names.iter().zip(&case.logs) {
-                        let (kept, found) = windows(&log.file).map_err(in_files)?;
+                        let (kept, found) = windows_of(&log.file).map_err(in_files)?;
                         logs.push(kept);
                         odd.push((name, found));
                     }
@@ -204,10 +204,26 @@ pub(crate) fn diagnose(
                         Some(path) => e.in_files(path, case.rover_name),
                         None => in_files(e),
                     };
-                    let sim = sim.as_ref().map(windows).transpose().map_err(of_sim)?;
+                    let sim = sim.as_ref().map(windows_of).transpose().map_err(of_sim)?;
                     let sim = sim.as_ref().map(|(sim, _)| (sim, same_soil));
-                    let named = named(&names, &logs);
-                    let d = diagnose_windows(&named, sim, &rover, registry, &settings);
+                    let d = {
+                        let named = named(&names, &logs);
+                        diagnose_windows(&named, sim, &rover, registry, &settings)
+                    };
+                    let again = |wide: &Rover| -> Result<Diagnosis, CliError> {
+                        let read = |l: &CaseLog<'_>| windows(&l.file, wide, most).map(|(w, _)| w);
+                        let logs: Vec<DriveWindows> =
+                            case.logs.iter().map(read).collect::<Result<_, _>>()?;
+                        let named = named(&names, &logs);
+                        Ok(diagnose_windows(&named, None, wide, registry, &settings)?)
+                    };
+                    let d = match d {
+                        Ok(found) if sim.is_none() => Ok(by_roomier_windows(
+                            found, &logs, &rover, again,
+                        )
+                        .map_err(in_files)?),
+                        other => other,
+                    };
                     (prior, d)
                 }
             };

@@ -117,6 +117,11 @@ impl DriveWindows {
         (kept, notes)
     }
 
+    /// How long they would be with three readings of every channel, where they hold two \[s\].
+    pub(crate) fn roomier(&self) -> Option<f64> {
+        self.stream.roomier()
+    }
+
     /// How long windows are \[s\].
     pub(crate) fn window(&self) -> f64 {
         self.stream.window()

@@ -56,6 +56,15 @@ fn interval(log: &DriveLog, is_read: impl Fn(usize) -> bool) -> Option<f64> {
 
 /// The longer windows that a log's beginning asks for where the `usual` ones hold too few readings, in tenths of a second.
 pub(crate) fn wider(log: &DriveLog, usual: f64) -> Option<Wider> {
+    holding(NEEDED, log, usual)
+}
+
+/// Those that hold three readings, where the `usual` ones hold two: mean and slope of two have no room for doubt.
+pub(crate) fn roomier(log: &DriveLog, usual: f64) -> Option<Wider> {
+    holding(READINGS, log, usual)
+}
+
+fn holding(needed_readings: f64, log: &DriveLog, usual: f64) -> Option<Wider> {
     let rows = interval(log, |_| true).filter(|dt| (READINGS - 1.0) * dt > usual * (1.0 - JITTER));
     let rows = rows.map(|dt| ("rows come".to_owned(), dt));
     let needed =
@@ -63,7 +72,7 @@ pub(crate) fn wider(log: &DriveLog, usual: f64) -> Option<Wider> {
     let channel = |(name, series): (String, &Series)| {
         let interval = interval(log, |i| series.get(i).is_some())?;
         // Clocks since 1970 are read to a tenth of a microsecond.
-        let rarely = NEEDED * interval > usual * (1.0 + 1e-3);
+        let rarely = needed_readings * interval > usual * (1.0 + 1e-3);
         rarely.then(|| (format!("{name} is read"), interval))
     };
     let channels = log.channels().into_iter().filter(needed);
@@ -103,6 +112,9 @@ mod tests {
         let every = |rows: usize| wider(&log(100.0, rows), 0.2).map(|wider| wider.window);
         let found = [1, 10, 12, 20, 100].map(every);
         assert_eq!(found, [None, None, Some(0.4), Some(0.6), None]);
+        // Two readings in .2 s of every tenth row are enough for a window, and three would be more.
+        let every = |rows: usize| roomier(&log(100.0, rows), 0.2).map(|wider| wider.window);
+        assert_eq!([1, 6, 8, 10].map(every), [None, None, Some(0.3), Some(0.3)]);
     }
 
     /// A window of .2 s holds three rows of a log of fifteen rows a second, but two of one of ten or five, whatever is in them.

@@ -6,7 +6,7 @@ use std::ops::Range;
 
 use terra_data::{DriveLog, Rover, Segment, Series};
 
-use super::spacing::{Wider, wider};
+use super::spacing::{Wider, roomier, wider};
 use super::window::{Going, Reader, Taken, is_full};
 use crate::error::GapError;
 
@@ -43,6 +43,8 @@ pub(crate) struct Stream {
     open: bool,
     /// Longer windows than usual.
     wider: Option<Wider>,
+    /// How long they would be with three readings of every channel, where they hold two \[s\].
+    roomier: Option<f64>,
 }
 
 impl Stream {
@@ -60,12 +62,18 @@ impl Stream {
             before: None,
             open: !rover.gap.window_given,
             wider: None,
+            roomier: None,
         })
     }
 
     /// What to heed where windows are longer than usual.
     pub(crate) fn widened(&self, prefix: &str) -> Option<String> {
         self.wider.as_ref().map(|wider| wider.note(prefix))
+    }
+
+    /// How long they would be with three readings of every channel, where they hold two \[s\].
+    pub(crate) fn roomier(&self) -> Option<f64> {
+        self.roomier
     }
 
     /// How long they are.
@@ -81,12 +89,15 @@ impl Stream {
     pub(crate) fn push(&mut self, piece: &DriveLog, last: bool) -> Result<Vec<Slot>, GapError> {
         if !piece.is_empty() {
             self.reader.needs_noise_of(piece)?;
-            if std::mem::take(&mut self.open)
-                && let Some(wider) = wider(piece, self.window())
-            {
-                self.rover.gap.window = wider.window;
-                self.reader.widen(wider.window);
-                self.wider = Some(wider);
+            if std::mem::take(&mut self.open) {
+                let usual = self.window();
+                if let Some(wider) = wider(piece, usual) {
+                    self.rover.gap.window = wider.window;
+                    self.reader.widen(wider.window);
+                    self.wider = Some(wider);
+                } else {
+                    self.roomier = roomier(piece, usual).map(|wider| wider.window);
+                }
             }
         }
         let log = if self.rest.is_empty() {
