@@ -66,8 +66,9 @@ pub trait TerrainModel: Default + Send + Sync + 'static {
     /// Whether pull and torque follow from slip, load, wheel and hooks alone, and without a jump or a bend on either side of zero
     /// slip: what they are between contacts may then be interpolated.
     const BY_SLIP_AND_LOAD: bool = false;
-    /// A diagnosis asks by itself whether the ground follows this model instead of the nominal one. Not so for models of other ground
-    /// than soil, or of another wheel, whose [`typical`](Self::typical) parameters say nothing of the soil at hand.
+    /// Whether a diagnosis asks for this model, from the first of its [`typical`](Self::typical) soils, also where the rover file's
+    /// start does not give its parameters. Not so for models of other ground than soil, or of another wheel, whose typical
+    /// parameters say nothing of the soil at hand.
     const RIVAL: bool = true;
 
     /// Forces of the ground on one wheel.

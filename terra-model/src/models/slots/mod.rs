@@ -456,6 +456,10 @@ impl AnyModel for Composed {
     fn typical_parameters(&self) -> Vec<Vec<f64>> {
         typical::parameters(self.params())
     }
+    fn is_rival(&self) -> bool {
+        // What a combination has beyond the catalogue's parameters is of no soil in particular.
+        false
+    }
     fn stress_field(
         &self,
         p: &[f64],
