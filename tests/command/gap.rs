@@ -292,3 +292,25 @@ fn what_looks_wrong_in_a_log_is_told_with_the_verdict() {
     // It drives straight, which tells nothing of a track; but noise of the yaw rate then turns wheels against the motion.
     assert!(told(&mm, "are left out:"), "{mm:?}");
 }
+
+/// On one ramp forwards an offset of the torque and dry friction in the drivetrain are one and the same, and the summary says so, once.
+#[test]
+fn what_looks_alike_is_told() {
+    let to = folder("gap_alike");
+    fs::copy(example("drive/rover.toml"), to.join("rover.toml")).unwrap();
+    fs::write(
+        to.join("ramp.toml"),
+        "seed = 3\nrover = \"rover.toml\"\nrate_hz = 100.0\nterrain = \"dry_sand\"\n[[segment]]\nname = \"ramp\"\n\
+         duration_s = 6.0\nstart = { ground_speed_m_s = 0.3, wheel_speed_rad_s = 1.3 }\ntorque_N_m = { from = 6.0, to = 26.0 }\n\
+         [[effect]]\nname = \"torque-bias\"\nmagnitude = 3.0\n",
+    )
+    .unwrap();
+    terra(&to, "simulate ramp.toml --out ramp.csv").ok();
+    let said = terra(&to, "gap ramp.csv --rover rover.toml").ok().out;
+    let both = |line: &&str| {
+        line.starts_with("alike: ")
+            && line.contains("torque-bias")
+            && line.contains("drivetrain-coulomb-friction")
+    };
+    assert_eq!(said.lines().filter(both).count(), 1, "{said}");
+}

@@ -183,6 +183,9 @@ pub(crate) fn summary(d: &Diagnosis) -> String {
             how_large(d, c)
         ));
     }
+    for line in alike(d) {
+        out.push_str(&line);
+    }
     for first in d
         .causes
         .iter()
@@ -237,6 +240,24 @@ pub(crate) fn summary(d: &Diagnosis) -> String {
         ));
     }
     out
+}
+
+/// Answers of the set whose trace others leave too, each pair once.
+fn alike(d: &Diagnosis) -> Vec<String> {
+    let mut told: Vec<&str> = vec![];
+    let mut lines = vec![];
+    for c in d.causes.iter().filter(|c| d.set.contains(&c.name)) {
+        let others = c.indistinguishable_from.iter().map(String::as_str);
+        let new: Vec<&str> = others.filter(|name| !told.contains(name)).collect();
+        if !new.is_empty() {
+            let (name, new) = (&c.name, new.join(", "));
+            lines.push(format!(
+                "alike: {name} leaves the same trace in this log as {new}\n"
+            ));
+        }
+        told.push(&c.name);
+    }
+    lines
 }
 
 /// From where to where, or where.
