@@ -4,7 +4,7 @@
 //! Row block k: L_k⁻¹ (r_k - ρ_k r_(k-1)), L_k L_kᵀ = S_k (1 - ρ_k²); columns L_k⁻¹ (A dF_k/dq - ρ_k A dF_(k-1)/dq).
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
-use terra_model::{ForceLaw, Law};
+use terra_model::{Contact, ForceLaw, Law};
 
 use crate::error::EstimatorError;
 use crate::fit_space::FitSpace;
@@ -18,9 +18,26 @@ pub(crate) struct Problem<'a> {
     law: &'a Law,
     space: &'a FitSpace,
     observations: &'a [ForceObservation],
+    /// Where slip and load of each observation most probably were.
+    inputs: Vec<Inputs>,
     /// ρ between each observation and the one before.
     correlations: Vec<f64>,
     rows: usize,
+}
+
+/// Contacts of an observation, and what forces change from there to where they were measured, A dF/dx (x_measured - x) (m).
+struct Inputs {
+    contacts: Vec<Contact<f64>>,
+    back: DVector<f64>,
+}
+
+impl Inputs {
+    fn measured(obs: &ForceObservation) -> Self {
+        Inputs {
+            contacts: obs.contacts.clone(),
+            back: DVector::zeros(obs.forces.len()),
+        }
+    }
 }
 
 /// Everything at one q.
@@ -57,6 +74,8 @@ struct One {
     residual: DVector<f64>,
     slopes: DMatrix<f64>,
     covariance: DMatrix<f64>,
+    /// A dF/d(slip, load) (m x 2w).
+    in_inputs: DMatrix<f64>,
 }
 
 impl<'a> Problem<'a> {
@@ -81,9 +100,56 @@ impl<'a> Problem<'a> {
             law,
             space,
             observations,
+            inputs: observations.iter().map(Inputs::measured).collect(),
             correlations,
             rows,
         })
+    }
+
+    /// Moves slip and load of every observation to where they most probably were if q is right.
+    ///
+    /// Noise of a measured slip moves a prediction and its slopes alike, which biases a fit at the measured ones: there the two go
+    /// together, at the most probable ones they do not.
+    ///
+    /// # Equation
+    /// x = x_measured - [C Hᵀ S⁻¹ r]_x, with r, S and H as linearised where x was before.
+    ///
+    /// # Reference
+    /// W. A. Fuller, *Measurement Error Models*, Wiley 1987, section 3.2 (nonlinear models).
+    pub(crate) fn seek_inputs(&mut self, q: &[f64]) -> Result<(), EstimatorError> {
+        let p = self.space.parameters(q);
+        let dp_dq = self.space.jacobian(q);
+        let mut moved = Vec::with_capacity(self.observations.len());
+        for (obs, inputs) in self.observations.iter().zip(&self.inputs) {
+            let one = self.one(obs, inputs, &p, &dp_dq)?;
+            moved.push(
+                self.most_probable(obs, &one, &p)
+                    .unwrap_or_else(|| Inputs::measured(obs)),
+            );
+        }
+        self.inputs = moved;
+        Ok(())
+    }
+
+    /// None where the law has no answer there.
+    fn most_probable(&self, obs: &ForceObservation, one: &One, p: &[f64]) -> Option<Inputs> {
+        let (m, w) = (obs.forces.len(), obs.contacts.len());
+        let told = one.covariance.clone().cholesky()?.solve(&one.residual);
+        let noise = &obs.covariance;
+        let of_inputs = noise.view((m, m), (2 * w, 2 * w)) * one.in_inputs.tr_mul(&told)
+            - noise.view((m, 0), (2 * w, m)) * &told;
+        let mut contacts = obs.contacts.clone();
+        let mut in_inputs = DMatrix::zeros(3 * w, 2 * w);
+        for (k, at) in contacts.iter_mut().enumerate() {
+            at.slip -= of_inputs[2 * k];
+            at.normal_load -= of_inputs[2 * k + 1];
+            let (_, jac) = self.law.jacobian(p, at).ok()?;
+            in_inputs
+                .view_mut((3 * k, 2 * k), (3, 2))
+                .copy_from(&jac.view((0, p.len()), (3, 2)));
+        }
+        let back = &obs.map * in_inputs * of_inputs;
+        Some(Inputs { contacts, back })
     }
 
     /// Residuals and Jacobians at q, whitened by the covariance at q.
@@ -96,12 +162,18 @@ impl<'a> Problem<'a> {
         let mut factors = Vec::with_capacity(self.observations.len());
         let mut previous: Option<(DVector<f64>, DMatrix<f64>)> = None;
         let mut row = 0;
-        for (obs, &rho) in self.observations.iter().zip(&self.correlations) {
+        for ((obs, inputs), &rho) in self
+            .observations
+            .iter()
+            .zip(&self.inputs)
+            .zip(&self.correlations)
+        {
             let One {
                 residual: r,
                 slopes,
                 covariance: s,
-            } = self.one(obs, &p, &dp_dq)?;
+                ..
+            } = self.one(obs, inputs, &p, &dp_dq)?;
             let m = r.len();
             let (white, columns) = match &previous {
                 Some((last, last_slopes)) if rho > 0.0 => {
@@ -140,6 +212,7 @@ impl<'a> Problem<'a> {
     fn one(
         &self,
         obs: &ForceObservation,
+        inputs: &Inputs,
         p: &[f64],
         dp_dq: &DMatrix<f64>,
     ) -> Result<One, EstimatorError> {
@@ -147,7 +220,7 @@ impl<'a> Problem<'a> {
         let mut forces = DVector::zeros(3 * w);
         let mut in_parameters = DMatrix::zeros(3 * w, n);
         let mut in_inputs = DMatrix::zeros(3 * w, 2 * w);
-        for (k, at) in obs.contacts.iter().enumerate() {
+        for (k, at) in inputs.contacts.iter().enumerate() {
             let (f, jac) = self
                 .law
                 .jacobian(p, at)
@@ -167,11 +240,12 @@ impl<'a> Problem<'a> {
                 .view_mut((3 * k, 2 * k), (3, 2))
                 .copy_from(&jac.view((0, n), (3, 2)));
         }
-        let s = covariance(obs, &(&obs.map * in_inputs));
+        let in_inputs = &obs.map * in_inputs;
         Ok(One {
-            residual: &obs.map * forces - &obs.forces,
+            residual: &obs.map * forces + &inputs.back - &obs.forces,
             slopes: &obs.map * (in_parameters * dp_dq),
-            covariance: s,
+            covariance: covariance(obs, &in_inputs),
+            in_inputs,
         })
     }
 
@@ -185,19 +259,20 @@ impl<'a> Problem<'a> {
         let mut residual = DVector::zeros(self.rows);
         let mut previous: Option<DVector<f64>> = None;
         let mut row = 0;
-        for ((obs, &rho), factor) in self
+        for (((obs, inputs), &rho), factor) in self
             .observations
             .iter()
+            .zip(&self.inputs)
             .zip(&self.correlations)
             .zip(factors)
         {
             let mut forces = DVector::zeros(3 * obs.contacts.len());
-            for (k, at) in obs.contacts.iter().enumerate() {
+            for (k, at) in inputs.contacts.iter().enumerate() {
                 let f = self.law.forces(&p, at).ok()?;
                 let row = [f.drawbar_pull, f.resistive_torque, f.sinkage.unwrap_or(0.0)];
                 forces.rows_mut(3 * k, 3).copy_from_slice(&row);
             }
-            let r = &obs.map * forces - &obs.forces;
+            let r = &obs.map * forces + &inputs.back - &obs.forces;
             let m = r.len();
             let white = match &previous {
                 Some(last) if rho > 0.0 => &r - last * rho,
@@ -217,7 +292,7 @@ impl<'a> Problem<'a> {
 mod tests {
     use super::*;
     use crate::prior::{Centre, Priors};
-    use terra_model::{Contact, Registry, catalogue};
+    use terra_model::{Registry, catalogue};
 
     #[test]
     fn jacobian_is_the_slope_of_the_whitened_residual() {

@@ -5,12 +5,13 @@
 //!
 //! # Equation
 //! q* = argmin Σ_k r~_kᵀ S~_k⁻¹ r~_k + qᵀq over the [`FitSpace`], by Levenberg-Marquardt with exact Jacobians;
-//! S~_k is that of the current q at every step. Laplace: cov(q) = (I + JᵀJ)⁻¹, J the whitened Jacobian.
+//! S~_k is that of the current q at every step. Slips and loads, which are measured too, are sought in turn with q: r~ and S~ are
+//! linearised where they most probably were. Laplace: cov(q) = (I + JᵀJ)⁻¹, J the whitened Jacobian.
 //! Certificate: half the Newton decrement gᵀ(I + JᵀJ)⁻¹g/2, the nats still to be gained, is below a tolerance.
 //!
 //! # Reference
 //! D. W. Marquardt, SIAM J. 11(2):431-441, 1963; K. Madsen, H. B. Nielsen, O. Tingleff, *Methods for non-linear
-//! least squares problems*, DTU 2004 (the damping rule).
+//! least squares problems*, DTU 2004 (the damping rule); W. A. Fuller, *Measurement Error Models*, Wiley 1987 (inputs with noise).
 
 use std::sync::Arc;
 
@@ -20,7 +21,7 @@ use terra_model::{Contact, ForceLaw, Law};
 use crate::error::EstimatorError;
 use crate::fit_space::FitSpace;
 use crate::identifiability::{Identifiability, identifiability};
-use crate::linearise::Problem;
+use crate::linearise::{Linearised, Problem};
 use crate::observation::ForceObservation;
 use crate::prediction::{ForcePrediction, PredictionStatus, Spread, contact_grid, model_error};
 use crate::residual::is_infeasible;
@@ -95,18 +96,68 @@ pub fn refine(
     observations: &[ForceObservation],
     options: &RefineOptions,
 ) -> Result<Refinement, EstimatorError> {
-    let problem = Problem::new(law, &space, observations, options.whitening)?;
+    let mut problem = Problem::new(law, &space, observations, options.whitening)?;
     let n = space.dim();
     let lower = DVector::from_vec(space.lower_bounds());
-    let mut q = DVector::zeros(n);
+    let mut fit = descend(&problem, DVector::zeros(n), &lower, options)?;
+    for _ in 0..ROUNDS {
+        problem.seek_inputs(fit.q.as_slice())?;
+        let before = fit.q.clone();
+        let steps = fit.steps;
+        fit = descend(&problem, fit.q, &lower, options)?;
+        fit.steps += steps;
+        if (&fit.q - before).amax() < SETTLED {
+            break;
+        }
+    }
+    let Fit { q, at, step, steps } = fit;
+    let hessian = DMatrix::identity(n, n) + at.jacobian.tr_mul(&at.jacobian);
+    let covariance = inverse(hessian)?;
+    let effective = n as f64 - covariance.trace();
+    let rows = at.residual.len();
+    let dof = rows as f64 - effective;
+    let identifiability = identifiability(&space, q.as_slice(), &at.jacobian)?;
+    Ok(Refinement {
+        law: Arc::clone(law),
+        space,
+        q,
+        covariance,
+        converged: step.decrement <= options.tolerance,
+        decrement: step.decrement,
+        steps,
+        chi2_per_dof: (dof > 0.0).then(|| at.residual.norm_squared() / dof),
+        rows,
+        identifiability,
+    })
+}
+
+/// Rounds of fitting the soil and seeking slips and loads, and the change of the soil \[prior sd\] at which they have settled.
+const ROUNDS: usize = 12;
+const SETTLED: f64 = 1e-3;
+
+/// Where a descent ended.
+struct Fit {
+    q: DVector<f64>,
+    at: Linearised,
+    step: Step,
+    steps: usize,
+}
+
+/// The fit from a start, at the inputs of the problem.
+fn descend(
+    problem: &Problem<'_>,
+    mut q: DVector<f64>,
+    lower: &DVector<f64>,
+    options: &RefineOptions,
+) -> Result<Fit, EstimatorError> {
     let mut at = problem.linearise(q.as_slice())?;
     let (mut damping, mut growth) = (1e-3, 2.0);
     let mut steps = 0;
-    let mut step = newton(&at.jacobian, &at.residual, &q, &lower, 0.0)?;
+    let mut step = newton(&at.jacobian, &at.residual, &q, lower, 0.0)?;
     while step.decrement > options.tolerance && steps < options.max_steps {
         steps += 1;
-        let trial = newton(&at.jacobian, &at.residual, &q, &lower, damping)?;
-        let next = (&q + &trial.step).zip_map(&lower, f64::max);
+        let trial = newton(&at.jacobian, &at.residual, &q, lower, damping)?;
+        let next = (&q + &trial.step).zip_map(lower, f64::max);
         let moved = &next - &q;
         let cost = at.residual.norm_squared() + q.norm_squared();
         // Model error at a trial point only says that the step was too long.
@@ -129,7 +180,7 @@ pub fn refine(
                 growth = 2.0;
                 q = next;
                 at = there;
-                step = newton(&at.jacobian, &at.residual, &q, &lower, 0.0)?;
+                step = newton(&at.jacobian, &at.residual, &q, lower, 0.0)?;
             }
             None => {
                 damping *= growth;
@@ -140,24 +191,7 @@ pub fn refine(
             }
         }
     }
-    let hessian = DMatrix::identity(n, n) + at.jacobian.tr_mul(&at.jacobian);
-    let covariance = inverse(hessian)?;
-    let effective = n as f64 - covariance.trace();
-    let rows = at.residual.len();
-    let dof = rows as f64 - effective;
-    let identifiability = identifiability(&space, q.as_slice(), &at.jacobian)?;
-    Ok(Refinement {
-        law: Arc::clone(law),
-        space,
-        q,
-        covariance,
-        converged: step.decrement <= options.tolerance,
-        decrement: step.decrement,
-        steps,
-        chi2_per_dof: (dof > 0.0).then(|| at.residual.norm_squared() / dof),
-        rows,
-        identifiability,
-    })
+    Ok(Fit { q, at, step, steps })
 }
 
 struct Step {
