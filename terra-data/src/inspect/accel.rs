@@ -17,9 +17,6 @@ const HOLE: f64 = 2.0;
 const IN_G: f64 = 5.0;
 /// Tilt of the ground that is worth a word \[m/s²\]: a degree.
 const TILT: f64 = 0.17;
-/// Correlation of what gravity leaves in one piece and the next, from which it is ground: noise of the ground speed changes its sign.
-const GOES_ON: f64 = 0.5;
-
 /// Places in [`Three`].
 const ACCEL: usize = 0;
 const CHANGE: usize = 1;
@@ -143,9 +140,10 @@ impl Accelerations {
                     ),
                 });
         }
+        // Noise of a reading of the ground speed has the other sign in the next piece; ground goes on.
         let goes_on = self.left.partial(0, 1)?;
         let tilt = (self.squares / self.left.rows() as f64).sqrt();
-        (goes_on.together() && goes_on.correlation > GOES_ON && tilt > TILT && self.left.rows() >= FEW).then(|| {
+        (goes_on.together() && tilt > TILT && self.left.rows() >= FEW).then(|| {
             Suspicion {
                 code: "pitch-missing",
                 message: format!(
