@@ -1,6 +1,8 @@
 //! Forms that change the soil a wheel meets.
 
-use terra_model::{Contact, Effect, Hook, Param, Real, Registry, Scale, Scope, Soil, Touch};
+use terra_model::{
+    Circumstance, Contact, Effect, Hook, Param, Real, Registry, Scale, Scope, Soil, Touch,
+};
 
 /// The magnitude of a form.
 pub(super) const fn magnitude(unit: &'static str, min: f64, max: f64) -> Param {
@@ -21,7 +23,7 @@ pub(super) const REFERENCE: &str = "chosen form, different from the library's on
 /// A form that acts on the contact: its constants and one function.
 macro_rules! contact_form {
     ($type:ident, $name:literal, $form:literal, $summary:literal, ($unit:literal, $min:expr, $max:expr), $needs:expr, $scope:expr,
-     |$e:ident, $soil:ident, $at:ident| $body:block) => {
+     $(reads $reads:ident,)? |$e:ident, $soil:ident, $at:ident| $body:block) => {
         #[doc = $summary]
         #[derive(Clone, Copy, Debug, Default)]
         pub(super) struct $type;
@@ -34,6 +36,7 @@ macro_rules! contact_form {
             const REFERENCE: &'static str = REFERENCE;
             const NEEDS: &'static [Hook] = $needs;
             const TOUCHES: &'static [Touch] = &[Touch::Contact];
+            const READS: &'static [Circumstance] = &[$(Circumstance::$reads)?];
             const SCOPE: Scope = $scope;
             const REGIME: &'static str = "as the library's form";
             const ISOLATED_BY: &'static str = "as the library's form";
@@ -84,6 +87,7 @@ contact_form!(
     ("1", 0.0, 10.0),
     &[Hook::Stiffness, Hook::Friction],
     Scope::Any,
+    reads EarlierPasses,
     |e, _soil, at| {
         let passes = at.earlier_passes.min_of(T::from(3.0)).max_of(T::zero());
         let gain = e * passes / 3.0;
@@ -172,6 +176,7 @@ contact_form!(
     ("1", -3.0, 3.0),
     &[Hook::Stiffness, Hook::Cohesion],
     Scope::Any,
+    reads Path,
     |e, _soil, at| {
         let front = ((at.path - 4.0) / 1.5).tanh() + (4.0f64 / 1.5).tanh();
         let gain = e * front;
@@ -188,6 +193,7 @@ contact_form!(
     ("1", -5.0, 5.0),
     &[Hook::Cohesion, Hook::Friction],
     Scope::Drive,
+    reads Side,
     |e, _soil, at| {
         let gain = e * at.side;
         at.hooks.cohesion *= (gain * 0.5).exp();

@@ -1,6 +1,8 @@
 //! Forms that change the wheel or its forces.
 
-use terra_model::{Contact, Effect, Hook, Param, Real, Registry, Scope, Soil, Touch, WheelForces};
+use terra_model::{
+    Circumstance, Contact, Effect, Hook, Param, Real, Registry, Scope, Soil, Touch, WheelForces,
+};
 
 use super::soil::{REFERENCE, magnitude};
 
@@ -31,7 +33,7 @@ impl Effect for LoadFlattening {
 /// A form that acts on the forces and needs c and φ.
 macro_rules! force_form {
     ($type:ident, $name:literal, $form:literal, $summary:literal, ($unit:literal, $max:expr), $scope:expr,
-     |$e:ident, $soil:ident, $at:ident, $forces:ident| $body:block) => {
+     $(reads $reads:ident,)? |$e:ident, $soil:ident, $at:ident, $forces:ident| $body:block) => {
         #[doc = $summary]
         #[derive(Clone, Copy, Debug, Default)]
         pub(super) struct $type;
@@ -44,6 +46,7 @@ macro_rules! force_form {
             const REFERENCE: &'static str = REFERENCE;
             const NEEDS_SOIL: &'static [&'static str] = &["cohesion", "friction_angle"];
             const TOUCHES: &'static [Touch] = &[Touch::Forces];
+            const READS: &'static [Circumstance] = &[$(Circumstance::$reads)?];
             const SCOPE: Scope = $scope;
             const REGIME: &'static str = "as the library's form";
             const ISOLATED_BY: &'static str = "as the library's form";
@@ -115,6 +118,7 @@ force_form!(
     "side force .08 e L D1 (c z + γ z^2/2) tanh(tan β/.3)",
     ("1", 20.0),
     Scope::Drive,
+    reads SlipAngle,
     |e, soil, at, forces| {
         if let Some(push) = wedge(soil, forces) {
             let share = (at.slip_angle.tan() / 0.3).tanh();
@@ -130,6 +134,7 @@ force_form!(
     "thrust and torque times cos ψ, side force - thrust sin ψ, tan ψ = e (1 - |s|) tan β/(|s| + .05)",
     ("1", 5.0),
     Scope::Any,
+    reads SlipAngle,
     |e, _soil, at, forces| {
         let s = at.slip.abs();
         let tan = e * (-s + 1.0) * at.slip_angle.tan() / (s + 0.05);
