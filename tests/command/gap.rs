@@ -281,13 +281,15 @@ fn what_looks_wrong_in_a_log_is_told_with_the_verdict() {
     for what in ["accelerometer", "left out", "sign", "track"] {
         assert!(!told(&clean, what), "{what}: {clean:?}");
     }
-    let in_g = heed("gap in_g.csv --rover rover.toml --json in_g.json");
+    let in_g = heed("gap in_g.csv --rover rover.toml --json in_g.json --html in_g.html");
     assert!(told(&in_g, "accelerometer in g?"), "{in_g:?}");
     let notes = read(&to.join("in_g.json"));
     let noted = list(&notes["data"]["notes"])
         .iter()
         .any(|n| text(n).contains("accelerometer in g?"));
     assert!(noted, "{notes}");
+    let page = fs::read_to_string(to.join("in_g.html")).unwrap();
+    assert!(page.contains("Before believing it") && page.contains("accelerometer in g?"));
     let mm = heed("gap clean.csv --rover mm.toml");
     // It drives straight, which tells nothing of a track; but noise of the yaw rate then turns wheels against the motion.
     assert!(told(&mm, "are left out:"), "{mm:?}");

@@ -181,6 +181,9 @@ fn facts(d: &Diagnosis) -> Vec<(String, Vec<String>)> {
         ));
         rows.push(("90\u{a0}% set", vec![answers(d).join(", ")]));
     }
+    if !d.heed.is_empty() {
+        rows.push(("Before believing it", d.heed.clone()));
+    }
     if !d.nearest.is_empty() {
         let nearest = d.nearest.iter().map(|name| match effect(d, name) {
             Some(e) => format!("{name}: {}", e.summary()),
