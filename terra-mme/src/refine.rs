@@ -70,7 +70,7 @@ pub struct Refinement {
     pub q: DVector<f64>,
     /// Posterior covariance of q (dim x dim); the prior is the identity.
     pub covariance: DMatrix<f64>,
-    /// True when the certificate holds.
+    /// True when the certificate holds, and slips and loads have settled.
     pub converged: bool,
     /// Nats still to be gained by a Newton step.
     pub decrement: f64,
@@ -100,13 +100,15 @@ pub fn refine(
     let n = space.dim();
     let lower = DVector::from_vec(space.lower_bounds());
     let mut fit = descend(&problem, DVector::zeros(n), &lower, options)?;
+    let mut settled = false;
     for _ in 0..ROUNDS {
         problem.seek_inputs(fit.q.as_slice())?;
         let before = fit.q.clone();
         let steps = fit.steps;
         fit = descend(&problem, fit.q, &lower, options)?;
         fit.steps += steps;
-        if (&fit.q - before).amax() < SETTLED {
+        settled = (&fit.q - before).amax() < SETTLED;
+        if settled {
             break;
         }
     }
@@ -122,7 +124,7 @@ pub fn refine(
         space,
         q,
         covariance,
-        converged: step.decrement <= options.tolerance,
+        converged: settled && step.decrement <= options.tolerance,
         decrement: step.decrement,
         steps,
         chi2_per_dof: (dof > 0.0).then(|| at.residual.norm_squared() / dof),
