@@ -1,7 +1,7 @@
 //! Channels of a drive log against each other: units and signs.
 
 use super::accel::Accelerations;
-use super::relation::{FEW, Relation};
+use super::relation::{FEW, RELATED, Relation};
 use super::thinned::Thinned;
 use super::torque::Torques;
 use super::wheels::Wheels;
@@ -11,8 +11,6 @@ use crate::rover::Rover;
 
 /// Wheels slower than this share of the fastest sample are left out: ratios of small numbers say nothing.
 const SLOW: f64 = 0.1;
-/// A correlation beyond this is a relation.
-const RELATED: f64 = 0.5;
 /// Ratios of rim to ground speed: turns a minute give 9.5 and more, km/h .28 and less, unless nearly all is slip.
 const RPM: f64 = 6.0;
 const KM_H: f64 = 0.4;

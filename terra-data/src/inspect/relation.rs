@@ -4,8 +4,9 @@
 pub(super) const FEW: usize = 20;
 /// The same of means over pieces of a log, whose noise is small.
 const FEW_PIECES: usize = 8;
-/// A correlation beyond this is a relation, where it is also this many of its own standard errors from none.
-const RELATED: f64 = 0.5;
+/// A correlation beyond this is a relation.
+pub(super) const RELATED: f64 = 0.5;
+/// Standard errors by which one of few pieces must differ from none.
 const SURE: f64 = 4.0;
 
 /// Sums of two quantities that come row by row.

@@ -2,12 +2,10 @@
 
 use super::Suspicion;
 use super::motion::turns;
-use super::relation::{FEW, Relation};
+use super::relation::{FEW, RELATED, Relation};
 use crate::drive::{DriveLog, WHEELS};
 use crate::rover::Rover;
 
-/// A correlation beyond this is a relation.
-const RELATED: f64 = 0.5;
 /// Speeds below this share of the fastest say nothing of a direction.
 const SLOW: f64 = 0.1;
 /// Share of the rows of driving back in which a ground speed that has no sign points forward.
@@ -23,7 +21,8 @@ pub(super) struct Wheels {
     back: Back,
 }
 
-/// Rows in which all wheels turn backwards, the fastest rim and ground speed so far, and how many say forward.
+/// The fastest so far of what each row's slowest wheel turns by \[rad/s\], the rows in which all wheels turn backwards, and those of
+/// them in which the ground speed says forward.
 #[derive(Default)]
 struct Back {
     fastest: f64,
@@ -33,7 +32,7 @@ struct Back {
 
 impl Wheels {
     pub(super) fn see(&mut self, log: &DriveLog, row: usize) {
-        let speed: Vec<Option<f64>> = log.wheel_speed.iter().map(|w| w.get(row)).collect();
+        let speed = log.wheel_speed.each_ref().map(|w| w.get(row));
         let at = |k: usize| speed.get(k).copied().flatten();
         let ground = log.ground_speed.as_ref().and_then(|s| s.get(row));
         let yaw = log.yaw_rate.as_ref().and_then(|s| s.get(row));
@@ -43,9 +42,8 @@ impl Wheels {
                     along.see(w, v);
                 }
             }
-            let all: Option<Vec<f64>> = speed.iter().copied().collect();
-            if let Some(all) = all {
-                self.back.see(&all, v);
+            if let [Some(fl), Some(fr), Some(rl), Some(rr)] = speed {
+                self.back.see([fl, fr, rl, rr], v);
             }
         }
         if let Some(r) = yaw {
@@ -57,7 +55,7 @@ impl Wheels {
         }
     }
 
-    /// Wheels that turn against the motion; none where all four do, as the ground speed's sign may then be it.
+    /// Wheels that turn against the motion; where all four do it may be the ground speed's sign.
     pub(super) fn signs(&self) -> Option<Suspicion> {
         let against: Vec<&str> = WHEELS
             .iter()
@@ -102,7 +100,7 @@ impl Wheels {
 }
 
 impl Back {
-    fn see(&mut self, wheels: &[f64], ground: f64) {
+    fn see(&mut self, wheels: [f64; 4], ground: f64) {
         let slowest = wheels.iter().fold(f64::INFINITY, |a, w| a.min(w.abs()));
         self.fastest = self.fastest.max(slowest);
         let back = wheels.iter().all(|w| *w < 0.0) && slowest > SLOW * self.fastest;
