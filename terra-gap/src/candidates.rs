@@ -228,6 +228,7 @@ mod tests {
             let data = DataSet {
                 channels: vec![],
                 short_scatter: vec![],
+                uneven: None,
                 observations: vec![],
                 dropped: std::collections::BTreeMap::new(),
                 notes: vec![],

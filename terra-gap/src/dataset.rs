@@ -1,8 +1,11 @@
 //! The measured data as the diagnosis core sees it: observations, each a few values that belong together.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector};
+
+use crate::uneven::Uneven;
 
 /// One channel of the data.
 #[derive(Clone, Debug, PartialEq)]
@@ -77,6 +80,8 @@ pub struct DataSet {
     pub notes: Vec<String>,
     /// Variance of a value by what scatters inside an observation beyond the sensor's noise, where a channel shows it.
     pub short_scatter: Vec<Option<f64>>,
+    /// How uneven the ground is under single wheels, where that is known.
+    pub(crate) uneven: Option<Arc<Uneven>>,
 }
 
 impl DataSet {
@@ -99,6 +104,7 @@ impl DataSet {
             dropped: self.dropped.clone(),
             notes: self.notes.clone(),
             short_scatter: self.short_scatter.clone(),
+            uneven: self.uneven.clone(),
         }
     }
 

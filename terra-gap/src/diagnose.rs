@@ -1,5 +1,7 @@
 //! The diagnosis from end to end: gate, null re-fit, screen, confirm, combine, unknown, hold out, decide.
 
+use std::sync::Arc;
+
 use crate::calibrate::calibrate;
 use crate::calibration::{Calibration, Evidence};
 use crate::candidates::{Candidates, gate};
@@ -19,6 +21,7 @@ use crate::rivals::weigh_rivals;
 use crate::settings::{LogKind, Settings};
 use crate::setup::{Screened, Setup};
 use crate::shared::carry;
+use crate::uneven::Uneven;
 
 /// Misfit per value at each step of the way.
 #[derive(Clone, Debug, Default)]
@@ -87,6 +90,8 @@ pub struct Diagnosis {
     pub baseline: Option<Baseline>,
     /// The logs and what they share, where there are several.
     pub logs: Option<JoinedLogs>,
+    /// How uneven the ground is under single wheels, where what the re-fitted law leaves over shows it.
+    pub(crate) uneven: Option<Arc<Uneven>>,
 }
 
 impl Diagnosis {
@@ -130,6 +135,7 @@ impl Diagnosis {
             evidence: Evidence::default(),
             baseline: None,
             logs: None,
+            uneven: None,
         }
     }
 }
@@ -206,6 +212,8 @@ pub(crate) fn diagnose(
     let raw_null = residual_at_end(&mut data, predictor, null, fitted.x.as_slice(), what)?;
     let rms = channel_rms(&data, raw_null.as_slice());
     let found = places(&data, fitted, raw_null.as_slice());
+    let uneven =
+        Uneven::shown(&data, predictor, (null, fitted), &rivals.noise, &raw_null).map(Arc::new);
     let (mut held, mut remainder, mut after, mut doubt) = (None, vec![], None, None);
     if let Some((h, f)) = &decision.accepted {
         let by = settings
@@ -299,6 +307,7 @@ pub(crate) fn diagnose(
         evidence,
         baseline: None,
         logs: None,
+        uneven,
         data,
     })
 }
@@ -451,6 +460,7 @@ mod tests {
             dropped: BTreeMap::new(),
             notes: vec![],
             short_scatter: vec![],
+            uneven: None,
         };
         let told = |a: f64, b: f64| {
             let residual = DVector::from_fn(400, |row, _| if row % 2 == 0 { a } else { b });

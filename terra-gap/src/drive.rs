@@ -176,6 +176,8 @@ pub(crate) struct Window {
     /// Share of the load that goes to the outer wheels in turns and on a slope aside which does: 1, or 0 of a vehicle that stays
     /// upright.
     leaning: f64,
+    /// Share of its load by which uneven ground loads the front left wheel and the one across more, and the other two less.
+    swing: f64,
 }
 
 /// What a window is given beside its raw quantities, in the scalar of its readings.
@@ -189,6 +191,7 @@ struct Given<T> {
     time: T,
     around: [T; 3],
     leaning: T,
+    swing: T,
     /// 1 where a yaw rate was read, 0 elsewhere.
     yaw_read: T,
     forwards: bool,
@@ -207,6 +210,7 @@ impl<T: Scalar> From<&Window> for Given<T> {
             time: T::from(window.time),
             around: window.around.map(T::from),
             leaning: T::from(window.leaning),
+            swing: T::from(window.swing),
             yaw_read: T::from(window.yaw_read()),
             forwards: window.forwards(),
         }
@@ -226,6 +230,7 @@ impl<T: Scalar> Given<T> {
             time: of(self.time),
             around: self.around.map(&of),
             leaning: of(self.leaning),
+            swing: of(self.swing),
             yaw_read: of(self.yaw_read),
             forwards: self.forwards,
         }
@@ -470,6 +475,14 @@ impl Predict for DrivePredictor {
             window.leaning = 1.0 - window.leaning;
         }
         self.windows.iter().any(leans).then_some(out)
+    }
+
+    fn swung(&self, swings: &[f64]) -> Option<Self> {
+        let mut out = self.clone();
+        for (window, swing) in out.windows.iter_mut().zip(swings) {
+            window.swing = *swing;
+        }
+        Some(out)
     }
 
     fn assumes(&self) -> Option<&'static str> {

@@ -401,6 +401,7 @@ mod tests {
             dropped: BTreeMap::new(),
             notes: vec![],
             short_scatter: vec![],
+            uneven: None,
         };
         let measured = Line(read.clone());
         let mut now = Predictor::with_raw(&measured, &[]);

@@ -65,6 +65,7 @@ mod stand_in;
 mod starts;
 mod structures;
 mod thin;
+mod uneven;
 mod unknown;
 mod verdict;
 mod watch;

@@ -14,6 +14,7 @@ use crate::fit::evaluate;
 use crate::hypothesis::Hypothesis;
 use crate::memory::Remembered;
 use crate::predictor::{Predictor, RawSlopes, raw_slopes};
+use crate::uneven::Uneven;
 
 /// Length of the discrepancy in slip.
 pub(crate) const DISCREPANCY_LENGTH: f64 = 0.25;
@@ -110,6 +111,15 @@ impl NoiseModel {
                 if c == channel {
                     block[(k, k)] += variance;
                 }
+            }
+        }
+    }
+
+    /// Adds what loads that swing under single wheels do to the torques of every observation.
+    pub(crate) fn add_uneven(&mut self, data: &DataSet, uneven: &Uneven) {
+        for (block, o) in self.blocks.iter_mut().zip(&data.observations) {
+            if let Some(more) = uneven.under(o) {
+                *block += more;
             }
         }
     }
@@ -420,6 +430,7 @@ mod tests {
             dropped: BTreeMap::new(),
             notes: vec![],
             short_scatter: vec![],
+            uneven: None,
         }
     }
 

@@ -174,6 +174,12 @@ pub(crate) trait Predict: Clone + Sync + Send + 'static {
         None
     }
 
+    /// The same on ground that shifts these shares of the wheels' loads between the two diagonals, one an observation by its number;
+    /// none where there are no four wheels.
+    fn swung(&self, _swings: &[f64]) -> Option<Self> {
+        None
+    }
+
     /// What it takes for granted that is not so of every vehicle.
     fn assumes(&self) -> Option<&'static str> {
         None
@@ -252,6 +258,9 @@ pub(crate) trait Predictor: Sync + Send {
     /// As [`Predict::otherwise_loaded`].
     fn otherwise_loaded(&self) -> Option<AnyPredictor>;
 
+    /// As [`Predict::swung`].
+    fn swung(&self, swings: &[f64]) -> Option<AnyPredictor>;
+
     /// As [`Predict::assumes`].
     fn assumes(&self) -> Option<&'static str>;
 
@@ -328,6 +337,11 @@ impl<K: Predict> Predictor for K {
     fn otherwise_loaded(&self) -> Option<AnyPredictor> {
         let other = Predict::otherwise_loaded(self)?;
         Some(Arc::new(other))
+    }
+
+    fn swung(&self, swings: &[f64]) -> Option<AnyPredictor> {
+        let swung = Predict::swung(self, swings)?;
+        Some(Arc::new(swung))
     }
 
     fn assumes(&self) -> Option<&'static str> {

@@ -39,7 +39,7 @@ pub fn by_roomier_windows<'w, E>(
 }
 
 /// Something unknown is likelier than any cause.
-fn unknown_leads(d: &Diagnosis) -> bool {
+pub(crate) fn unknown_leads(d: &Diagnosis) -> bool {
     let most = d.causes.iter().map(|c| c.probability).fold(0.0, f64::max);
     d.verdict == "unknown" || d.probability_unknown > most.max(d.probability_none)
 }

@@ -86,6 +86,9 @@ pub(crate) fn add(
     };
     let kinds: Vec<Kind> = data.channels.iter().map(|c| Kind::of(&c.name)).collect();
     let of_force = rover.noise.get("roughness_N");
+    if let Some(uneven) = &data.uneven {
+        noise.add_uneven(data, uneven);
+    }
     let shown = shown(noise, data, &kinds, residual, of_force.is_some());
     let of_window = (rover.gap.window / ALIKE).max(1.0);
     let stated = |key: &str| rover.noise.get(key).map(|sd| sd * sd / of_window);
@@ -106,7 +109,14 @@ pub(crate) fn add(
             (None, _) => seen(kind),
         }
     };
-    let (forward, turning) = (of_body(Kind::Forward), of_body(Kind::Turning));
+    let waves = data
+        .uneven
+        .as_ref()
+        .map_or([0.0; 2], |u| [u.forward, u.turning]);
+    let (forward, turning) = (
+        of_body(Kind::Forward).max(waves[0]),
+        of_body(Kind::Turning).max(waves[1]),
+    );
     let push = (forward / Kind::Forward.per_force(&vehicle))
         .max(turning / Kind::Turning.per_force(&vehicle));
     let radius = vehicle.wheel_radius;

@@ -249,6 +249,7 @@ mod tests {
             dropped: std::collections::BTreeMap::new(),
             notes: vec![],
             short_scatter: vec![],
+            uneven: None,
         };
         let gain = |variance: f64| {
             let fit = Fit::of_residual(DVector::from_element(n, variance.sqrt()));

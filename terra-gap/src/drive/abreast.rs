@@ -260,6 +260,7 @@ impl<'a> Group<'a> {
                 time: gather(&|w| w.time),
                 around: std::array::from_fn(|k| gather(&|w| w.around[k])),
                 leaning: gather(&|w| w.leaning),
+                swing: gather(&|w| w.swing),
                 yaw_read: gather(&|w| w.yaw_read()),
                 forwards: first.forwards(),
             },

@@ -256,6 +256,7 @@ fn joined(
         o.index = index;
     }
     let data = DataSet {
+        uneven: None,
         channels: if useful { channels(&vehicle) } else { vec![] },
         short_scatter: if useful {
             short_scatter(&usual, &sensors, follows_itself)

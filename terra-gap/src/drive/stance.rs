@@ -216,7 +216,13 @@ impl<T: Scalar> Stance<T> {
             let leaning = if left { T::one() - lean } else { lean + 1.0 };
             stance.travel[q] = travel;
             stance.slip[q] = library_slip(rim, travel);
-            stance.load[q] = if q < 2 { front } else { rear } * leaning;
+            // The two diagonals share what neither weight nor moments decide.
+            let swing = if q == 0 || q == 3 {
+                given.swing
+            } else {
+                -given.swing
+            };
+            stance.load[q] = if q < 2 { front } else { rear } * (leaning + swing);
             let one = T::one();
             stance.direction[q] = rim.select_lt(T::zero(), -one, one);
         }

@@ -444,6 +444,7 @@ impl Reader {
             path: along.run,
             other_paths: along.others,
             leaning: 1.0,
+            swing: 0.0,
             time,
             around: [gap.window, 2.0 * gap.window, -gap.window],
             known: 0,

@@ -169,6 +169,7 @@ pub(crate) fn from_logs(
         dropped,
         notes,
         short_scatter: vec![],
+        uneven: None,
     };
     add_scatter(&mut data, &windows, &places);
     let soils = logs.soils();

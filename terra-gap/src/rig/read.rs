@@ -220,6 +220,7 @@ pub(crate) fn from_logs(
             dropped,
             notes,
             short_scatter: vec![],
+            uneven: None,
         },
         RigPredictor {
             rows,

@@ -126,6 +126,7 @@ pub(crate) fn learn(
         dropped: BTreeMap::new(),
         notes: own_noise.notes.clone(),
         short_scatter: short_scatter(&usual, &reader.sensors(), 0.0),
+        uneven: None,
     };
     let windows = straight.iter().map(|(_, t)| t.window.clone()).collect();
     let predictor = DrivePredictor::new(reader.vehicle, windows, 1);

@@ -97,6 +97,7 @@ impl Nominal {
             dropped: std::collections::BTreeMap::new(),
             notes: vec![],
             short_scatter: vec![],
+            uneven: None,
         };
         let predictor = DrivePredictor::new(self.vehicle, vec![taken.window.clone()], 1);
         let (predictor, noise) = self.centred(&mut data, predictor)?;

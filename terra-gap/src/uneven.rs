@@ -1,0 +1,332 @@
+//! Ground that is uneven under single wheels: what a simulator on level ground does not know of any real drive.
+//!
+//! Four wheels on a rigid body share their load by two moments and the weight: one load is left that only the ground's shape decides,
+//! which swings between the two diagonals. It shows in torques, of a wheel and of the one across against the other two, and no cause
+//! in a vehicle or its sensors looks like it. The same waves push at the rims, which moves the body.
+//!
+//! # Equation
+//! Loads W (1 ± ε), + on one diagonal: ε ~ N(0, θ) window by window, by Σ ln N(z; 0, 1 + θ i) of the re-fitted nominal law, with
+//! g = -dr/dε of the torques, i = g' C^-1 g, z = g' C^-1 r/√i, C what sensors leave. It is the ground's where that is certain and the
+//! diagonals misfit by far more than in one of the other three ways to give signs to four wheels, as what one wheel does alone shows in all
+//! four. Residuals are then taken at the likeliest ε, r(ε) + g ε, of covariance C + θ g g'. The body's accelerations are rougher by
+//! what they are off the re-fitted law, and not by the fast part of it alone. Waves last longer than a window: of a correlation ρ from
+//! one to the next, n windows tell of a constant what n (1 - ρ)/(1 + ρ) do that do not follow each other, and variances are so much
+//! larger.
+//!
+//! # Reference
+//! S. P. Timoshenko, D. H. Young, Theory of Structures, 1965, ch. 7 (a body on four supports is indeterminate to the first degree).
+
+use std::sync::Arc;
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::dataset::{DataSet, Observation};
+use crate::diagnose::Diagnosis;
+use crate::fit::{Fit, residual};
+use crate::forms::is_made;
+use crate::hypothesis::Hypothesis;
+use crate::noise::NoiseModel;
+use crate::predictor::{Predict, Predictor};
+use crate::roomier::unknown_leads;
+
+/// What the ground's waves under single wheels come to.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Uneven {
+    /// Standard deviation of the share of its load by which a wheel's swings.
+    share: f64,
+    /// The same for what follows from window to window, of which fewer tell.
+    lasting: f64,
+    /// Variance of the body's forward acceleration.
+    pub(crate) forward: f64,
+    /// Variance of its turning.
+    pub(crate) turning: f64,
+    /// By the number of an observation.
+    each: Vec<Swing>,
+}
+
+/// What one observation has of it.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct Swing {
+    /// Where it most probably is.
+    at: f64,
+    /// Slopes of the residuals in it there.
+    slopes: DVector<f64>,
+}
+
+/// Names of the channels of torque, in the order of the signs.
+const TORQUES: [&str; 4] = [
+    "wheel_torque_fl_N_m",
+    "wheel_torque_fr_N_m",
+    "wheel_torque_rl_N_m",
+    "wheel_torque_rr_N_m",
+];
+/// The diagonals, and the other ways to tell four wheels apart: all alike, front from rear, left from right.
+const WAYS: [[f64; 4]; 4] = [
+    [1.0, -1.0, -1.0, 1.0],
+    [1.0, 1.0, 1.0, 1.0],
+    [1.0, 1.0, -1.0, -1.0],
+    [1.0, -1.0, 1.0, -1.0],
+];
+/// Windows from which it is asked.
+const ENOUGH: usize = 16;
+/// Log-likelihood that it must gain \[nats\].
+const CERTAIN: f64 = 15.0;
+/// How many times the least misfit of the other ways the diagonals' must be.
+const BY_FAR: f64 = 2.0;
+/// Largest variance that is sought: a load that swings by all of itself.
+const MOST: f64 = 1.0;
+/// Largest correlation from window to window that is reckoned with.
+const MOST_ALIKE: f64 = 0.8;
+
+/// What a value is off by a quantity of unknown variance: by how much in units of its noise, the information on that, and whether the
+/// one before is of the window before.
+struct Shown {
+    off: f64,
+    information: f64,
+    follows: bool,
+}
+
+/// A step in the share, for slopes.
+const STEP: f64 = 0.01;
+/// Most of a load that swings.
+const NEARLY_ALL: f64 = 0.8;
+
+impl Uneven {
+    /// What the residuals of a re-fitted law show; none where they show none, or something else beside.
+    pub(crate) fn shown(
+        data: &DataSet,
+        predictor: &dyn Predictor,
+        (null, fitted): (&Hypothesis, &Fit),
+        noise: &NoiseModel,
+        raw: &DVector<f64>,
+    ) -> Option<Self> {
+        if data.uneven.is_some() || data.observations.len() < ENOUGH {
+            return None;
+        }
+        torques(data, data.observations.first()?)?;
+        let numbers = data.observations.iter().map(|o| o.index + 1).max()?;
+        let swung = |swings: &[f64]| {
+            let predictor = predictor.swung(swings)?;
+            residual(data, &*predictor, null, fitted.x.as_slice()).ok()
+        };
+        let from = |raw: &DVector<f64>, swings: &[f64]| {
+            let further: Vec<f64> = swings.iter().map(|s| s + STEP).collect();
+            Some((swung(&further)? - raw) / STEP)
+        };
+        let slopes = from(raw, &vec![0.0; numbers])?;
+        let (mut by_signs, mut forward, mut turning) = ([const { vec![] }; 4], vec![], vec![]);
+        let mut swings = vec![];
+        let mut before: Option<&Observation> = None;
+        for ((o, block), first) in data
+            .observations
+            .iter()
+            .zip(&noise.blocks)
+            .zip(firsts(data))
+        {
+            let (here, along) = (
+                raw.rows(first, o.values.len()),
+                slopes.rows(first, o.values.len()),
+            );
+            let follows = before.is_some_and(|b| b.group == o.group && b.channels == o.channels);
+            before = Some(o);
+            let sensors = block - noise.ground_under(o);
+            for (k, &channel) in o.channels.iter().enumerate() {
+                let name = data.channels[channel].name.as_str();
+                let sd = sensors[(k, k)].sqrt();
+                let shown = Shown {
+                    off: here[k] / sd,
+                    information: sd.powi(-2),
+                    follows,
+                };
+                match name {
+                    "yaw_acceleration_rad_s2" => turning.push(shown),
+                    "accel_x_m_s2" => forward.push(shown),
+                    _ => {}
+                }
+            }
+            let Some(places) = torques(data, o) else {
+                continue;
+            };
+            let c = DMatrix::from_fn(4, 4, |a, b| sensors[(places[a], places[b])]);
+            let Some(root) = c.cholesky() else { continue };
+            let r = DVector::from_fn(4, |q, _| here[places[q]]);
+            for (out, signs) in by_signs.iter_mut().zip(WAYS) {
+                // Slopes of the residuals have the signs of the diagonals.
+                let g = DVector::from_fn(4, |q, _| -signs[q] * WAYS[0][q] * along[places[q]]);
+                let weighed = root.solve(&g);
+                let information = weighed.dot(&g);
+                if information <= 0.0 {
+                    continue;
+                }
+                let off = weighed.dot(&r) / information.sqrt();
+                out.push(Shown {
+                    off,
+                    information,
+                    follows,
+                });
+                if signs == WAYS[0] {
+                    swings.push((o.index, off / information.sqrt(), information));
+                }
+            }
+        }
+        let [diagonals, others @ ..] = &by_signs;
+        // What one wheel alone does shows in all ways alike; a cause of all wheels, of an axle or of a side shows beside the diagonals.
+        let least = others
+            .iter()
+            .map(|s| beyond(s))
+            .fold(f64::INFINITY, f64::min);
+        let variance = likeliest(diagonals);
+        let certain = gained(diagonals, variance) > CERTAIN && diagonals.len() >= ENOUGH;
+        if !certain || beyond(diagonals) <= BY_FAR * least {
+            return None;
+        }
+        let mut at = vec![0.0; numbers];
+        for (index, swing, information) in swings {
+            let kept = variance * information / (1.0 + variance * information);
+            at[index] = (kept * swing).clamp(-NEARLY_ALL, NEARLY_ALL);
+        }
+        // Soil that only just carries a wheel may not carry it there: then loads stay where they are.
+        let moved = swung(&at).and_then(|there| from(&there, &at));
+        let slopes = moved.unwrap_or_else(|| {
+            at.fill(0.0);
+            slopes
+        });
+        let mut each = vec![Swing::default(); numbers];
+        for (o, first) in data.observations.iter().zip(firsts(data)) {
+            each[o.index] = Swing {
+                at: at[o.index],
+                slopes: slopes.rows(first, o.values.len()).into_owned(),
+            };
+        }
+        Some(Uneven {
+            share: variance.sqrt(),
+            lasting: (variance * lasting(diagonals)).sqrt(),
+            forward: likeliest(&forward) * lasting(&forward),
+            turning: likeliest(&turning) * lasting(&turning),
+            each,
+        })
+    }
+
+    /// What predicts the same windows with their loads where they most probably are, for data that know of it.
+    pub(crate) fn met<P: Predict>(
+        self: &Arc<Self>,
+        data: &mut DataSet,
+        predictor: &P,
+    ) -> Option<P> {
+        let swings: Vec<f64> = self.each.iter().map(|swing| swing.at).collect();
+        let predictor = predictor.swung(&swings)?;
+        for o in &mut data.observations {
+            let Swing { at, slopes } = &self.each[o.index];
+            o.carried = slopes.iter().map(|slope| -slope * at).collect();
+        }
+        data.uneven = Some(Arc::clone(self));
+        Some(predictor)
+    }
+
+    /// What a swing of the loads by it adds to the covariance of an observation; none where a torque is missing.
+    pub(crate) fn under(&self, o: &Observation) -> Option<DMatrix<f64>> {
+        let slopes = &self.each.get(o.index)?.slopes;
+        (slopes.len() == o.values.len())
+            .then(|| slopes * slopes.transpose() * (self.lasting * self.lasting))
+    }
+
+    /// The second diagnosis, which knows of it; the first where something unknown leads in both, or where a formula left free would be
+    /// named, as such a formula follows waves as well.
+    pub(crate) fn taken(&self, second: Diagnosis, mut first: Diagnosis) -> Diagnosis {
+        let best = second.causes.first();
+        let follows = best.is_some_and(|cause| {
+            is_made(&cause.form) && cause.probability > second.probability_none
+        });
+        let percent = 100.0 * self.share;
+        if follows || unknown_leads(&second) {
+            first.notice(format!(
+                "what is left over of the torques swings between the two diagonals of wheels, as where ground that is uneven under \
+                 single wheels loads two of them by {percent:.0} % more than the other two, or where one wheel is not as the others; \
+                 taken for uneven ground, no cause of the library is clear of something unknown"
+            ));
+            return first;
+        }
+        let mut taken = second;
+        taken.notice(format!(
+            "the ground is uneven under single wheels: two wheels across from each other are loaded by {percent:.0} % (one standard \
+             deviation) more, and then less, than the other two, as the torques show; the verdict takes that, and the pushes that go \
+             with it, for the ground's and for no cause"
+        ));
+        taken
+    }
+}
+
+/// Row of each observation's first value.
+fn firsts(data: &DataSet) -> impl Iterator<Item = usize> + '_ {
+    let mut next = 0;
+    data.observations.iter().map(move |o| {
+        next += o.values.len();
+        next - o.values.len()
+    })
+}
+
+/// Mean square of what is off, beyond noise.
+fn beyond(shown: &[Shown]) -> f64 {
+    let all: f64 = shown.iter().map(|s| s.off * s.off - 1.0).sum();
+    all / shown.len().max(1) as f64
+}
+
+/// How much larger the variance of values that follow each other is for what is constant.
+fn lasting(shown: &[Shown]) -> f64 {
+    let pairs: Vec<&[Shown]> = shown.windows(2).filter(|pair| pair[1].follows).collect();
+    let both: f64 = pairs.iter().map(|pair| pair[0].off * pair[1].off).sum();
+    let one: f64 = pairs
+        .iter()
+        .map(|pair| pair[1].off * pair[1].off - 1.0)
+        .sum();
+    if one <= 0.0 {
+        return 1.0;
+    }
+    let alike = (both / one).clamp(0.0, MOST_ALIKE);
+    (1.0 + alike) / (1.0 - alike)
+}
+
+/// Places of the four torques among the values of an observation.
+fn torques(data: &DataSet, o: &Observation) -> Option<[usize; 4]> {
+    let place = |name: &str| {
+        let mut channels = o.channels.iter();
+        channels.position(|&c| data.channels[c].name == name)
+    };
+    let all = TORQUES.map(place);
+    all.iter()
+        .all(Option::is_some)
+        .then(|| all.map(Option::unwrap_or_default))
+}
+
+/// The variance under which these are likeliest, by halving: what speaks for more of it falls as it grows past that.
+fn likeliest(shown: &[Shown]) -> f64 {
+    let slope = |variance: f64| -> f64 {
+        let each = shown.iter().map(|s| {
+            let all = 1.0 + variance * s.information;
+            s.information * (s.off * s.off / all - 1.0) / all
+        });
+        each.sum()
+    };
+    if slope(0.0) <= 0.0 {
+        return 0.0;
+    }
+    let (mut low, mut high) = (0.0, MOST);
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if slope(middle) > 0.0 {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    low
+}
+
+/// Log-likelihood gained by a variance.
+fn gained(shown: &[Shown], variance: f64) -> f64 {
+    let each = shown.iter().map(|s| {
+        let more = variance * s.information;
+        0.5 * (s.off * s.off * more / (1.0 + more) - more.ln_1p())
+    });
+    each.sum()
+}
