@@ -158,6 +158,9 @@ const TAKES: f64 = 8.0;
 /// Share of the probability of such a cause of a rig that nothing missing has, on another soil: a choice, as with two causes.
 const ANOTHER_SOIL: f64 = 0.4;
 
+/// Why nothing can be said where the nominal law's own fit says nothing.
+const NO_NUMBERS: &str = "the re-fit of the nominal model ended where its evidence is no number: units, signs or sides in the log are likelier wrong than the ground (terra inspect LOG)";
+
 /// Diagnoses a data set.
 ///
 /// # Errors
@@ -197,6 +200,14 @@ pub(crate) fn diagnose(
         Ok(found) => found,
         Err(reason) => return Ok(Diagnosis::unidentifiable(data, setup, candidates, reason)),
     };
+    if !rivals.null_weighed.log_evidence.is_finite() {
+        return Ok(Diagnosis::unidentifiable(
+            data,
+            setup,
+            candidates,
+            NO_NUMBERS.to_owned(),
+        ));
+    }
     let predictor = &*predictor;
     let measured = rivals.measured.as_deref().unwrap_or(measured);
     let (calibration, not_calibrated) =

@@ -21,6 +21,7 @@ mod several;
 mod size;
 mod slip_noise;
 mod turning;
+mod uneven;
 mod upright;
 mod usual_form;
 mod vehicle;
