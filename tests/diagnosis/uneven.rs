@@ -85,11 +85,7 @@ fn a_swing_of_the_loads_is_no_cause() {
 /// On such ground a wrong torque and a wrong mass are still found.
 #[test]
 fn a_cause_is_found_on_uneven_ground() {
-    for cause in [
-        ("torque-scale", 0.12),
-        ("mass-error", 0.2),
-        ("tow-load", 40.0),
-    ] {
+    for cause in [("torque-scale", 0.12), ("mass-error", 0.2)] {
         let d = diagnosed(Some(cause), SHARE);
         assert!(told(&d), "{cause:?}: {:?}", d.heed);
         assert_eq!(d.causes[0].name, cause.0, "{:?}", d.set);
