@@ -43,7 +43,8 @@ pub struct Observation {
     pub raw_sd: Vec<f64>,
     /// For inputs that are taken where they most probably were.
     pub(crate) shift: Shift,
-    /// What a residual gains for effects that a simulator's log shows too, one a value; empty where it shows none.
+    /// What a residual gains for effects that a simulator's log shows too, or for loads that are taken where they most probably were, one
+    /// a value; empty where it gains nothing.
     pub(crate) carried: Vec<f64>,
     /// Regime.
     pub factors: Factors,

@@ -18,6 +18,7 @@ use crate::logs::JoinedLogs;
 use crate::next::{Experiment, suggest};
 use crate::predictor::Predictor;
 use crate::rivals::weigh_rivals;
+use crate::roomier::unknown_leads;
 use crate::settings::{LogKind, Settings};
 use crate::setup::{Screened, Setup};
 use crate::shared::carry;
@@ -222,9 +223,7 @@ pub(crate) fn diagnose(
     let what = "rms and places of the gap";
     let raw_null = residual_at_end(&mut data, predictor, null, fitted.x.as_slice(), what)?;
     let rms = channel_rms(&data, raw_null.as_slice());
-    let found = places(&data, fitted, raw_null.as_slice());
-    let uneven =
-        Uneven::shown(&data, predictor, (null, fitted), &rivals.noise, &raw_null).map(Arc::new);
+    let places_of_gap = places(&data, fitted, raw_null.as_slice());
     let (mut held, mut remainder, mut after, mut doubt) = (None, vec![], None, None);
     if let Some((h, f)) = &decision.accepted {
         let by = settings
@@ -287,7 +286,7 @@ pub(crate) fn diagnose(
             .flatten(),
     );
     data.notes.extend(heed.iter().cloned());
-    Ok(Diagnosis {
+    let mut found = Diagnosis {
         kind: setup.kind,
         model: terra_model::ForceLaw::name(&setup.law),
         waterfall: Waterfall {
@@ -307,7 +306,7 @@ pub(crate) fn diagnose(
         nearest: decision.nearest,
         screen: rivals.screen,
         not_asked: rivals.not_asked,
-        places: found,
+        places: places_of_gap,
         remainder,
         rms,
         held_out: held,
@@ -318,9 +317,17 @@ pub(crate) fn diagnose(
         evidence,
         baseline: None,
         logs: None,
-        uneven,
+        uneven: None,
         data,
-    })
+    };
+    if unknown_leads(&found)
+        && let Some((null, fitted)) = &found.null
+    {
+        let by = (null, fitted);
+        let shown = Uneven::shown(&found.data, predictor, by, &rivals.noise, &raw_null);
+        found.uneven = shown.map(Arc::new);
+    }
+    Ok(found)
 }
 
 /// Misfit per value from which units or signs are likelier wrong than the ground.

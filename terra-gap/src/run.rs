@@ -17,7 +17,7 @@ use crate::logs::{Logs, Named};
 use crate::parallel::among_them;
 use crate::predictor::Predictor;
 use crate::rig;
-use crate::roomier::{by_roomier_windows, unknown_leads};
+use crate::roomier::by_roomier_windows;
 use crate::settings::{LogKind, Settings};
 use crate::setup::{Rival, Setup};
 use crate::soil::{free_soil, rival_soil};
@@ -405,14 +405,13 @@ fn drive_windows(
     let (mut diagnosis, _) =
         with_baseline(read(logs)?, sim, kind, labels, rover, registry, settings)?;
     if !compared
-        && unknown_leads(&diagnosis)
         && let Some(uneven) = diagnosis.uneven.take()
         && let (mut data, predictor) = read(logs)?
         && let Some(predictor) = uneven.met(&mut data, &predictor)
     {
         let read = (data, predictor);
-        let (even, _) = with_baseline(read, None, kind, labels, rover, registry, settings)?;
-        diagnosis = uneven.taken(even, diagnosis);
+        let (second, _) = with_baseline(read, None, kind, labels, rover, registry, settings)?;
+        diagnosis = uneven.taken(second, diagnosis);
     }
     for (name, log) in logs.iter() {
         diagnosis.heed.extend(log.held(name));

@@ -1,20 +1,20 @@
 //! Ground that is uneven under single wheels: what a simulator on level ground does not know of any real drive.
 //!
 //! Four wheels on a rigid body share their load by two moments and the weight: one load is left that only the ground's shape decides,
-//! which swings between the two diagonals. It shows in torques, of a wheel and of the one across against the other two, and no cause
-//! in a vehicle or its sensors looks like it. The same waves push at the rims, which moves the body.
+//! which swings between the two diagonals. It shows in torques, of a wheel and of the one across against the other two, as no cause
+//! of all wheels, of an axle or of a side does. What one wheel does alone shows there too, as the re-fitted soil takes what it has in
+//! common with all: what tells it apart is that loads that swing do not explain it. The same waves push at the rims, which moves the body.
 //!
 //! # Equation
 //! Loads W (1 ± ε), + on one diagonal: ε ~ N(0, θ) window by window, by Σ ln N(z; 0, 1 + θ i) of the re-fitted nominal law, with
 //! g = -dr/dε of the torques, i = g' C^-1 g, z = g' C^-1 r/√i, C what sensors leave. It is the ground's where that is certain and the
-//! diagonals misfit by far more than in one of the other three ways to give signs to four wheels, as what one wheel does alone shows in all
-//! four. Residuals are then taken at the likeliest ε, r(ε) + g ε, of covariance C + θ g g'. The body's accelerations are rougher by
+//! diagonals misfit by far more than one of the other three ways to give signs to four wheels. Residuals are then taken at the likeliest ε, r(ε) + g ε, of covariance C + θ g g'. The body's accelerations are rougher by
 //! what they are off the re-fitted law, and not by the fast part of it alone. Waves last longer than a window: of a correlation ρ from
 //! one to the next, n windows tell of a constant what n (1 - ρ)/(1 + ρ) do that do not follow each other, and variances are so much
 //! larger.
 //!
-//! # Reference
-//! S. P. Timoshenko, D. H. Young, Theory of Structures, 1965, ch. 7 (a body on four supports is indeterminate to the first degree).
+//! Why the diagonals: loads (1, -1, -1, 1) ε on fl, fr, rl, rr have no sum, no moment about an axle's line (each axle's have no sum),
+//! and with equal tracks none about the way; three equations leave four loads no other.
 
 use std::sync::Arc;
 
@@ -73,8 +73,10 @@ const ENOUGH: usize = 16;
 const CERTAIN: f64 = 15.0;
 /// How many times the least misfit of the other ways the diagonals' must be.
 const BY_FAR: f64 = 2.0;
-/// Largest variance that is sought: a load that swings by all of itself.
-const MOST: f64 = 1.0;
+/// Most of a load that swings.
+const NEARLY_ALL: f64 = 0.8;
+/// A step in the share, for slopes.
+const STEP: f64 = 0.01;
 /// Largest correlation from window to window that is reckoned with.
 const MOST_ALIKE: f64 = 0.8;
 
@@ -85,11 +87,6 @@ struct Shown {
     information: f64,
     follows: bool,
 }
-
-/// A step in the share, for slopes.
-const STEP: f64 = 0.01;
-/// Most of a load that swings.
-const NEARLY_ALL: f64 = 0.8;
 
 impl Uneven {
     /// What the residuals of a re-fitted law show; none where they show none, or something else beside.
@@ -170,7 +167,7 @@ impl Uneven {
             }
         }
         let [diagonals, others @ ..] = &by_signs;
-        // What one wheel alone does shows in all ways alike; a cause of all wheels, of an axle or of a side shows beside the diagonals.
+        // A cause of all wheels, of an axle or of a side may show beside the diagonals, each in a way of its own.
         let least = others
             .iter()
             .map(|s| beyond(s))
@@ -220,7 +217,10 @@ impl Uneven {
         let swings: Vec<f64> = self.each.iter().map(|swing| swing.at).collect();
         let predictor = predictor.swung(&swings)?;
         for o in &mut data.observations {
-            let Swing { at, slopes } = &self.each[o.index];
+            // A window without an answer in the first look has no swing in the second.
+            let Some(Swing { at, slopes }) = self.each.get(o.index) else {
+                continue;
+            };
             o.carried = slopes.iter().map(|slope| -slope * at).collect();
         }
         data.uneven = Some(Arc::clone(self));
@@ -315,7 +315,11 @@ fn likeliest(shown: &[Shown]) -> f64 {
     if slope(0.0) <= 0.0 {
         return 0.0;
     }
-    let (mut low, mut high) = (0.0, MOST);
+    let (mut low, mut high) = (0.0, 1.0);
+    // Squares are finite: some variance is too large for them.
+    while slope(high) > 0.0 {
+        high *= 2.0;
+    }
     for _ in 0..60 {
         let middle = 0.5 * (low + high);
         if slope(middle) > 0.0 {
