@@ -67,7 +67,7 @@ pub use import::{
 };
 pub use inspect::{
     ChannelSummary, DriveInspector, Gap, Group, Inspection, Pace, Suspicion, inspect_drive,
-    inspect_rig,
+    inspect_rig, slip_against_speeds,
 };
 pub use kind::{LogKind, log_kind, log_kind_from};
 pub use notes::{MissingCells, ReadNotes};

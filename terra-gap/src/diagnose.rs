@@ -368,6 +368,9 @@ fn heed(given: f64, fitted: Option<(&Hypothesis, &Fit)>) -> Vec<String> {
 /// standard error of one with as many values, and this share.
 const UNDERSTATED: (f64, f64) = (3.0, 0.15);
 
+/// Factor of a standard deviation up to which no one states it better.
+const WORTH_SAYING: f64 = 1.1;
+
 /// What to look at where every channel misfits alike: hardly any cause does that.
 fn understated(data: &DataSet, fit: &Fit) -> Option<String> {
     let mut each = vec![(0.0, 0.0); data.channels.len()];
@@ -385,9 +388,10 @@ fn understated(data: &DataSet, fit: &Fit) -> Option<String> {
             "every channel misfits alike, {all:.2} per value: [noise] may be stated too {how}, by a factor of {by:.2}"
         )
     };
-    (all < most && each.iter().all(alike)).then(|| match all > 1.0 {
-        true => stated("small", all.sqrt()),
-        false => stated("large", all.sqrt().recip()),
+    let by = all.sqrt().max(all.sqrt().recip());
+    (all < most && by > WORTH_SAYING && each.iter().all(alike)).then(|| match all > 1.0 {
+        true => stated("small", by),
+        false => stated("large", by),
     })
 }
 

@@ -216,12 +216,13 @@ pub(crate) fn drop_unanswered(
     });
 }
 
+/// Why a row has no answer on ground that gives way.
+pub(crate) const NOT_CARRIED: &str = "outside the model: the nominal soil does not carry the wheel";
+
 /// A reason without the row's own numbers, so that rows can be counted.
 fn kind_of(error: &GapError) -> String {
     match error {
-        GapError::Model(terra_model::ModelError::NoEquilibrium { .. }) => {
-            "outside the model: the nominal soil does not carry the wheel".to_owned()
-        }
+        GapError::Model(terra_model::ModelError::NoEquilibrium { .. }) => NOT_CARRIED.to_owned(),
         GapError::Model(terra_model::ModelError::Contact { quantity, .. }) => {
             format!("outside the model: {quantity}")
         }

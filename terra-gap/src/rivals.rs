@@ -14,7 +14,7 @@ use crate::forms::{Ground, Named, ask_again, is_made};
 use crate::hypothesis::Hypothesis;
 use crate::loads::{self, Doubt};
 use crate::noise::{NoiseModel, Whitener};
-use crate::null::{Refit, drop_unanswered, refit};
+use crate::null::{NOT_CARRIED, Refit, drop_unanswered, refit};
 use crate::other_soil::{OtherSoil, weigh_on_other_soil};
 use crate::predictor::{AnyPredictor, Predictor};
 use crate::round::{Common, Round, explained, settle};
@@ -35,6 +35,10 @@ const BEHIND_ADEQUATE: f64 = 8.0;
 /// another formula, which did by 13 at most; of 160 more, four of two causes (in two of these the best pair was another) and
 /// fifteen of another formula lay between.
 const FORMULA: f64 = 20.0;
+
+/// What makes every wheel sink out of sight before any soil is fitted.
+const SINKS: &str =
+    "; a stiffness in kPa, a load in another unit or a wheel of another size would do that";
 
 /// What was weighed.
 pub(crate) struct Rivals {
@@ -180,15 +184,17 @@ fn weigh_by(
             .iter()
             .map(|(why, n)| format!("{n} {why}"))
             .collect();
+        let sinks = data.is_empty() && data.dropped.keys().all(|why| why == NOT_CARRIED);
         return Ok(Outcome::found(Err(format!(
-            "{} usable values for {free} soil parameters{}{}",
+            "{} usable values for {free} soil parameters{}{}{}",
             data.len(),
             if dropped.is_empty() {
                 ""
             } else {
                 "; left out: "
             },
-            dropped.join(", ")
+            dropped.join(", "),
+            if sinks { SINKS } else { "" }
         ))));
     }
     let Some(found) = refit(data, predictor, setup, &null)? else {

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use terra_data::{DriveLog, RigLog, Rover};
+use terra_data::{DriveLog, RigLog, Rover, slip_against_speeds};
 use terra_model::{Law, Registry};
 
 use crate::apart::better_apart;
@@ -181,9 +181,16 @@ fn rig_logs(
     let (mut diagnosis, predictor) =
         with_baseline(read, sim, LogKind::Rig, &soils, rover, registry, settings)?;
     for (name, log) in logs.iter() {
-        diagnosis.heed.extend(contradictions(name, &log.warnings));
+        // Where all rows contradict their speeds they are left out, and no slip is used.
+        if slip_against_speeds(log, rover).is_none() {
+            diagnosis.heed.extend(contradictions(name, &log.warnings));
+        }
     }
-    diagnosis.heed.extend(left_out(&dropped));
+    // Where none is left, that is the reason.
+    let some_left = diagnosis.null.is_some();
+    diagnosis
+        .heed
+        .extend(left_out(&dropped).filter(|_| some_left));
     diagnosis.heed.extend(stuck);
     diagnosis.heed.extend(unmatched(logs, rover));
     diagnosis.logs = logs.joined();

@@ -23,6 +23,7 @@ mod missing;
 mod own_soils;
 mod reverse;
 mod rig;
+mod rig_mistakes;
 mod same_bytes;
 mod streams;
 mod support;

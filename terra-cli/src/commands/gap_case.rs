@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use terra_data::{
-    DriveInspector, DriveLog, LogKind, RigLog, Rover, Suspicion, hypothesis_terrains, inspect_drive,
+    DriveInspector, DriveLog, LogKind, RigLog, Rover, Suspicion, hypothesis_terrains,
+    inspect_drive, inspect_rig,
 };
 use terra_gap::{
     Diagnosis, DriveWindows, GapError, Named, Provenance, Settings, by_roomier_windows,
@@ -29,19 +30,25 @@ pub(crate) struct Verdict {
 }
 
 /// What `terra inspect` finds that is a gap of its own: units, signs, places of wheels, a sensor that is stuck, a slope not logged.
-const MISLEADS: [&str; 20] = [
+const MISLEADS: [&str; 27] = [
     "accel-sign",
     "accel-unit",
     "axle-swapped",
+    "copies",
     "degrees",
     "gravity-on-x",
     "km-h",
     "load-sign",
+    "load-unit",
     "millimetres",
     "pitch-missing",
     "pitch-sign",
+    "pull-sign",
+    "pull-unit",
+    "radius-unit",
     "rpm",
     "sides-swapped",
+    "sinkage-sign",
     "speed-sign",
     "speed-unit",
     "stuck",
@@ -50,6 +57,7 @@ const MISLEADS: [&str; 20] = [
     "torque-unit",
     "track-unit",
     "unsigned-speed",
+    "width-unit",
 ];
 
 /// The log of an outside simulator.
@@ -158,6 +166,12 @@ pub(crate) fn diagnose(
                 .collect::<Result<_, _>>()?;
             let each: Vec<Log<'_>> = logs.iter().map(Log::Rig).collect();
             let prior = complete(&mut rover, &each, registry, &terrains).map_err(in_files)?;
+            for (name, log) in names.iter().zip(&logs) {
+                let mut found = inspect_rig(log, Some(&rover)).suspicions;
+                // The diagnosis tells of these by itself.
+                found.retain(|s| s.code != "stuck");
+                odd.push((name, found));
+            }
             let named = named(&names, &logs);
             let (d, predictor) = match &sim {
                 Some(sim) => {

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use super::clock::Clock;
 use super::motion::Motion;
+use super::wheel_size::wheel_size;
 use super::{ChannelSummary, Count, Group, Inspection, Suspicion, angle, largest};
 use crate::drive::{DriveLog, WHEELS};
 use crate::kind::LogKind;
@@ -152,6 +153,7 @@ impl<'r> DriveInspector<'r> {
             suspicions.extend(plausible(channel));
         }
         suspicions.extend(self.motion.suspicions(self.rover));
+        suspicions.extend(self.rover.and_then(wheel_size));
         for channel in &self.channels {
             suspicions.extend(channel.still.suspicion(&channel.name, self.rows));
             suspicions.extend(channel.still.held(&channel.name));

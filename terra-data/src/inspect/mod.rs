@@ -8,8 +8,11 @@ mod drive;
 mod motion;
 mod relation;
 mod rig;
+mod rig_forces;
+mod rig_speeds;
 mod thinned;
 mod torque;
+mod wheel_size;
 mod wheels;
 
 use crate::kind::LogKind;
@@ -18,6 +21,7 @@ use crate::notes::{MissingCells, ReadNotes};
 pub use clock::{Gap, Pace};
 pub use drive::{DriveInspector, inspect_drive};
 pub use rig::inspect_rig;
+pub use rig_speeds::slip_against_speeds;
 
 /// One channel of a log, in SI.
 #[derive(Clone, Debug, PartialEq)]
@@ -143,6 +147,15 @@ fn angle(channel: &ChannelSummary) -> Option<Suspicion> {
             found.to_degrees()
         ),
     })
+}
+
+/// A positive number in two or three digits, as it is read best.
+fn digits(x: f64) -> String {
+    match x {
+        x if x >= 100.0 => format!("{x:.0}"),
+        x if x >= 0.1 => format!("{x:.2}"),
+        x => format!("{x:.1e}"),
+    }
 }
 
 /// The value below which a share of the values lies.

@@ -1,6 +1,9 @@
 //! What is in a rig log.
 
 use super::clock::Pace;
+use super::rig_forces::forces;
+use super::rig_speeds::slip_against_speeds;
+use super::wheel_size::wheel_size;
 use super::{Count, Group, Inspection, Suspicion, angle, largest};
 use crate::kind::LogKind;
 use crate::rig::{Measured, RigLog, RigRow};
@@ -8,11 +11,6 @@ use crate::rover::Rover;
 
 /// Fewest rows that say anything about a sign.
 const FEW: usize = 5;
-/// Share of driving rows with a torque against the rotation, above which its sign is doubted.
-const AGAINST: f64 = 0.8;
-/// A wheel pulls at most about its load: friction angles stay below 45 deg, and light wheels on cohesive soil rarely double it.
-const PULL_OVER_LOAD: f64 = 3.0;
-
 type Reading = fn(&RigRow) -> Option<f64>;
 
 /// Counts the channels of a rig log and says what looks wrong in it.
@@ -84,8 +82,14 @@ pub fn inspect_rig(log: &RigLog, rover: Option<&Rover>) -> Inspection {
             _ => {}
         }
     }
-    suspicions.extend(loads(log));
-    suspicions.extend(torque_sign(log));
+    match load_sign(log) {
+        Some(sign) => suspicions.push(sign),
+        None => suspicions.extend(forces(log, rover)),
+    }
+    if let Some(rover) = rover {
+        suspicions.extend(slip_against_speeds(log, rover));
+        suspicions.extend(wheel_size(rover));
+    }
     Inspection {
         kind: LogKind::Rig,
         rows: log.rows.len(),
@@ -118,45 +122,13 @@ fn still(name: &str, range: Option<[f64; 3]>, rows: usize) -> Option<Suspicion> 
     })
 }
 
-fn loads(log: &RigLog) -> Option<Suspicion> {
-    let bad = log.rows.iter().find(|r| r.normal_load.value <= 0.0);
-    if let Some(row) = bad {
-        return Some(Suspicion {
-            code: "load-sign",
-            message: format!(
-                "normal_load_N is {} in line {}: a load presses down and is positive",
-                row.normal_load.value, row.line
-            ),
-        });
-    }
-    let row = log.rows.iter().find(|r| {
-        r.drawbar_pull
-            .is_some_and(|d| d.value.abs() > PULL_OVER_LOAD * r.normal_load.value)
-    })?;
+fn load_sign(log: &RigLog) -> Option<Suspicion> {
+    let row = log.rows.iter().find(|r| r.normal_load.value <= 0.0)?;
     Some(Suspicion {
-        code: "load-unit",
+        code: "load-sign",
         message: format!(
-            "line {}: drawbar pull {} N on a load of {} N: load in kg or kN, or pull in another unit?",
-            row.line,
-            row.drawbar_pull.map_or(0.0, |d| d.value),
-            row.normal_load.value
-        ),
-    })
-}
-
-fn torque_sign(log: &RigLog) -> Option<Suspicion> {
-    let driving: Vec<f64> = log
-        .rows
-        .iter()
-        .filter(|r| r.slip.value > 0.05)
-        .filter_map(|r| r.torque.map(|t| t.value))
-        .collect();
-    let negative = driving.iter().filter(|t| **t < 0.0).count();
-    (driving.len() >= FEW && negative as f64 > AGAINST * driving.len() as f64).then(|| Suspicion {
-        code: "torque-sign",
-        message: format!(
-            "torque_N_m is negative in {negative} of {} rows with a driving slip: sign flipped? A torque that drives forward is positive",
-            driving.len()
+            "normal_load_N is {} in line {}: a load presses down and is positive",
+            row.normal_load.value, row.line
         ),
     })
 }

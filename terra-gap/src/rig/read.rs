@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use terra_data::{RigLog, RigRow, Rover, SoilSharing};
+use terra_data::{RigLog, RigRow, Rover, SoilSharing, slip_against_speeds};
 use terra_model::order::ascending;
 
 use super::{Output, RigPredictor, Row};
@@ -20,6 +20,19 @@ struct Given<'a> {
     path: Option<f64>,
     log: usize,
     prefix: &'a str,
+}
+
+/// A reason without the row's own numbers, so that rows can be counted.
+fn without_numbers(reason: &str) -> String {
+    let of_number = |c: char| c.is_ascii_digit() || matches!(c, '.' | '-');
+    let words = reason.split(' ').map(|word| {
+        let core = word.trim_end_matches([',', ':', ')']);
+        match core.parse::<f64>().is_ok() && core.starts_with(of_number) {
+            true => format!("…{}", &word[core.len()..]),
+            false => word.to_owned(),
+        }
+    });
+    words.collect::<Vec<_>>().join(" ")
 }
 
 /// Turns a rig log into a data set and its predictor.
@@ -40,8 +53,13 @@ pub(crate) fn from_logs(
 ) -> Result<(DataSet, RigPredictor), GapError> {
     let mut dropped: BTreeMap<String, usize> = BTreeMap::new();
     for (_, reason) in logs.iter().flat_map(|(_, log)| &log.dropped) {
-        *dropped.entry(reason.clone()).or_default() += 1;
+        *dropped.entry(without_numbers(reason)).or_default() += 1;
     }
+    // Forces would be laid to wrong slips, or to a wheel of another size.
+    let contradicted: Vec<Option<String>> = logs
+        .iter()
+        .map(|(_, log)| slip_against_speeds(log, rover).map(|s| s.message))
+        .collect();
     let given = logs.iter().enumerate().flat_map(|(log, (prefix, l))| {
         let given = move |(row, path)| Given {
             row,
@@ -52,9 +70,11 @@ pub(crate) fn from_logs(
         l.rows.iter().zip(paths(&l.rows)).map(given)
     });
     let used: Vec<Given<'_>> = given
-        .filter(|Given { row, .. }| {
+        .filter(|Given { row, log, .. }| {
             let (low, high) = rover.gap.slip_range;
-            let reason = if !(low..=high).contains(&row.slip.value) {
+            let reason = if let Some(why) = &contradicted[*log] {
+                Some(why.as_str())
+            } else if !(low..=high).contains(&row.slip.value) {
                 Some("slip outside [gap] slip_range")
             } else if row.slip_angle.is_some_and(|a| a.abs() > 1e-6) {
                 Some("slip angle outside the model")
