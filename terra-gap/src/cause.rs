@@ -356,11 +356,11 @@ impl Ranking {
         self.add(Some("unknown".to_owned()));
     }
 
-    /// Two causes that lead may stand for one that is in no library: `unknown` has a share of their probability, by which they
-    /// still lead, and is in the set.
-    pub(crate) fn doubt_both(&mut self, share: f64) {
+    /// What leads may stand for a cause that is in no library: `unknown` has a share of its probability, by which it still leads,
+    /// and is in the set.
+    pub(crate) fn doubt_leading(&mut self, share: f64) {
         if let [top, others @ ..] = &mut self.causes[..]
-            && top.kind == CauseKind::Combination
+            && top.kind != CauseKind::Structure
         {
             let next = others.first().map_or(0.0, |c| c.probability);
             let moved = (share * top.probability).min(top.probability - next);

@@ -12,6 +12,7 @@ mod light;
 mod measured;
 mod no_torques;
 mod own_noise;
+mod patch;
 mod properties;
 mod ramp;
 mod rig;
