@@ -209,6 +209,21 @@ fn what_the_motion_says_of_signs_and_units_is_named() {
     );
 }
 
+/// A fifth of the vehicle is a payload; five hundred vehicles are grams.
+#[test]
+fn a_payload_in_grams_is_named() {
+    let loaded = |payload: &str| {
+        let mut log = tour();
+        log.header.push("payload_kg".to_owned());
+        log.rows
+            .iter_mut()
+            .for_each(|row| row.push(payload.to_owned()));
+        inspect("inspect_payload", &log, true)
+    };
+    assert_eq!(codes(&loaded("8")), Vec::<&str>::new());
+    assert_eq!(codes(&loaded("8000")), ["payload-unit"]);
+}
+
 /// A rover file in millimetres is not a log in degrees.
 #[test]
 fn a_track_in_millimetres_is_named() {

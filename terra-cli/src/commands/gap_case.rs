@@ -30,17 +30,19 @@ pub(crate) struct Verdict {
 }
 
 /// What `terra inspect` finds that is a gap of its own: units, signs, places of wheels, a sensor that is stuck, a slope not logged.
-const MISLEADS: [&str; 27] = [
+const MISLEADS: [&str; 29] = [
     "accel-sign",
     "accel-unit",
     "axle-swapped",
     "copies",
     "degrees",
+    "empty-channel",
     "gravity-on-x",
     "km-h",
     "load-sign",
     "load-unit",
     "millimetres",
+    "payload-unit",
     "pitch-missing",
     "pitch-sign",
     "pull-sign",

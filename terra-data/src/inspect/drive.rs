@@ -151,6 +151,7 @@ impl<'r> DriveInspector<'r> {
         suspicions.extend(slow_clock(&self.groups));
         for channel in &channels {
             suspicions.extend(plausible(channel));
+            suspicions.extend(self.rover.and_then(|r| payload(channel, r)));
         }
         suspicions.extend(self.motion.suspicions(self.rover));
         suspicions.extend(self.rover.and_then(wheel_size));
@@ -236,6 +237,21 @@ fn plausible(channel: &ChannelSummary) -> Option<Suspicion> {
     (name.starts_with("normal_load") && low <= 0.0).then(|| Suspicion {
         code: "load-sign",
         message: format!("{name} falls to {low:.1} N: a load presses down and is positive"),
+    })
+}
+
+/// Vehicle masses beyond which no vehicle carries a payload.
+const MUCH: f64 = 5.0;
+
+/// A payload in another unit: with it every wheel sinks out of sight, and its windows are left out.
+fn payload(channel: &ChannelSummary, rover: &Rover) -> Option<Suspicion> {
+    let mass = rover.vehicle.as_ref()?.mass;
+    let most = largest(channel);
+    (channel.name == "payload_kg" && most > MUCH * mass).then(|| Suspicion {
+        code: "payload-unit",
+        message: format!(
+            "payload_kg reaches {most} kg on a vehicle of {mass} kg: in grams? In [columns]: unit = \"g\""
+        ),
     })
 }
 
