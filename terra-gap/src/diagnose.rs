@@ -22,7 +22,7 @@ use crate::roomier::unknown_leads;
 use crate::settings::{LogKind, Settings};
 use crate::setup::{Screened, Setup};
 use crate::shared::carry;
-use crate::uneven::Uneven;
+use crate::uneven::{Doubtful, Uneven};
 
 /// Misfit per value at each step of the way.
 #[derive(Clone, Debug, Default)]
@@ -163,6 +163,10 @@ const ANOTHER_SOIL: f64 = 0.4;
 /// Why nothing can be said where the nominal law's own fit says nothing.
 const NO_NUMBERS: &str = "the re-fit of the nominal model ended where its evidence is no number: units, signs or sides in the log are likelier wrong than the ground (terra inspect LOG)";
 
+/// Why one cause, and why two, are not the only answer on ground that is uneven under single wheels.
+const WAVES: &str = "the ground is uneven under single wheels, and what speaks for the cause is no more than its waves may come to";
+const ONE_WHEEL: &str = "the ground is uneven under single wheels, and one wheel that is not as the others looks like two causes there, one of an axle and one of a side";
+
 /// Diagnoses a data set.
 ///
 /// # Errors
@@ -238,10 +242,11 @@ pub(crate) fn diagnose(
             LogKind::Rig | LogKind::Kinematic => HALF,
         };
         let closed = found.closed.filter(|c| c.mean < asked);
-        let nothing = ranking.set.iter().any(|answer| answer == "none");
+        let nothing = ranking.set.iter().any(|answer| answer == "none")
+            || rivals.null_weighed.plain.chi2() - f.chi2() < TAKES;
         doubt = closed.filter(|_| match h.effects().len() {
             0 => false,
-            // Where nothing missing is an answer too, there may be no gap to close.
+            // Where nothing missing is an answer too, or will be, there may be no gap to close.
             1 => setup.kind == LogKind::Rig && !nothing,
             _ => true,
         });
@@ -261,6 +266,23 @@ pub(crate) fn diagnose(
         decision.doubt(format!(
             "what is named closes {share} where it was not fitted: what is missing may be something else"
         ));
+    }
+    let accepts = decision.accepted.is_some() && decision.verdict != "unknown";
+    match data
+        .uneven
+        .as_ref()
+        .filter(|_| accepts)
+        .and_then(|u| u.doubts(&ranking))
+    {
+        Some(Doubtful::OneWheel) => {
+            ranking.doubt_leading(STANDS_FOR_ONE);
+            decision.doubt(ONE_WHEEL.to_owned());
+        }
+        Some(Doubtful::Nothing) => {
+            ranking.doubt_start(ANOTHER_SOIL);
+            decision.doubt(WAVES.to_owned());
+        }
+        None => {}
     }
     // Against another simulator the soil starts from that one's, and other soil is an answer of its own.
     let own_start = setup.inherited.is_none();
@@ -286,7 +308,9 @@ pub(crate) fn diagnose(
     heed.extend(rivals.heed);
     heed.extend(not_calibrated);
     heed.extend(by_start.filter(|_| setup.kind == LogKind::Drive));
-    heed.extend(measured.assumes().map(str::to_owned));
+    // Where nothing explains the data, a way that explains them a little better is no hint.
+    let explains = decision.verdict != "unknown";
+    heed.extend(measured.assumes().filter(|_| explains).map(str::to_owned));
     heed.extend(
         (decision.verdict == "unknown")
             .then(|| understated(&data, f))

@@ -299,7 +299,7 @@ fn weigh_by(
     let mut behind = vec![];
     if let Some(reshaped) = reshaped {
         singles = reshaped;
-        behind = take_needless(&mut pairs, &singles);
+        behind = take_needless(&mut pairs, &singles, data.uneven.is_some());
     }
     let alone: Vec<&Weighed> = singles.iter().flat_map(|(_, w)| w).collect();
     let log_unknown = log_unknown(data, setup.kind, &plain, &null_weighed, &alone, &pairs);
@@ -371,14 +371,18 @@ fn is_free(rival: &Weighed) -> bool {
     effects.any(|e| is_made(e.form()))
 }
 
-/// Takes out the pairs that need no second cause, because one cause by another formula explains nearly as much, and gives back
-/// those that explain more than it.
-fn take_needless(pairs: &mut Vec<Weighed>, singles: &[(usize, Vec<Weighed>)]) -> Vec<Weighed> {
+/// Takes out the pairs that need no second cause, because one cause by another formula explains nearly as much, or any does on
+/// uneven ground, whose waves a second one follows too, and gives back those that explain more than it.
+fn take_needless(
+    pairs: &mut Vec<Weighed>,
+    singles: &[(usize, Vec<Weighed>)],
+    uneven: bool,
+) -> Vec<Weighed> {
     let by_evidence = |a: &&Weighed, b: &&Weighed| a.log_evidence.total_cmp(&b.log_evidence);
     let best = singles.iter().flat_map(|(_, w)| w).max_by(by_evidence);
     // One that is behind another cause is not the answer instead of the two.
     let bar = best
-        .filter(|w| is_free(w))
+        .filter(|w| uneven || is_free(w))
         .map_or(f64::NEG_INFINITY, |w| w.log_evidence);
     let (needed, mut needless): (Vec<_>, Vec<_>) = pairs
         .drain(..)

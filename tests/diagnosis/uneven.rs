@@ -54,9 +54,9 @@ fn waved(log: &mut DriveLog, rover: &Rover, registry: &Registry, share: f64) {
     }
 }
 
-fn diagnosed(cause: Option<(&str, f64)>, share: f64) -> Diagnosis {
+fn diagnosed(causes: &[(&str, f64)], share: f64) -> Diagnosis {
     let (rover, registry, mut scenario) = example();
-    scenario.effects = cause.into_iter().map(effect).collect();
+    scenario.effects = causes.iter().copied().map(effect).collect();
     let mut log = simulate_drive(&scenario, &rover, &registry).unwrap().log;
     waved(&mut log, &rover, &registry, share);
     diagnose_drive(&log, &rover, &registry, &Settings::of(&rover)).unwrap()
@@ -72,7 +72,7 @@ fn told(d: &Diagnosis) -> bool {
 /// and the ground is none.
 #[test]
 fn a_swing_of_the_loads_is_no_cause() {
-    let d = diagnosed(None, SHARE);
+    let d = diagnosed(&[], SHARE);
     assert!(told(&d), "{:?}", d.heed);
     assert!(
         d.set.iter().any(|name| name == "none") && d.verdict != "unknown",
@@ -82,14 +82,32 @@ fn a_swing_of_the_loads_is_no_cause() {
     );
 }
 
-/// On such ground a wrong torque and a wrong mass are still found.
+/// On such ground errors of torque, mass and slope are still found, and what pulls at the rover, and a centre of mass that is elsewhere:
+/// a swing of the loads leaves it where it is.
 #[test]
 fn a_cause_is_found_on_uneven_ground() {
-    for cause in [("torque-scale", 0.12), ("mass-error", 0.2)] {
-        let d = diagnosed(Some(cause), SHARE);
+    for cause in [
+        ("torque-scale", 0.12),
+        ("torque-bias", 2.0),
+        ("mass-error", 0.2),
+        ("slope", 0.03),
+        ("tow-load", 60.0),
+        ("cg-offset", 0.08),
+    ] {
+        let d = diagnosed(&[cause], SHARE);
         assert!(told(&d), "{cause:?}: {:?}", d.heed);
         assert_eq!(d.causes[0].name, cause.0, "{:?}", d.set);
     }
+}
+
+/// Two causes are found there too, but one wheel that is not as the others looks like two: something unknown stands beside them.
+#[test]
+fn two_causes_on_uneven_ground_are_not_the_only_answer() {
+    let d = diagnosed(&[("torque-bias", 2.0), ("cg-offset", 0.08)], SHARE);
+    assert!(told(&d), "{:?}", d.heed);
+    assert_eq!(d.set, ["cg-offset+torque-bias", "unknown"]);
+    let why = d.reason.as_deref().unwrap_or_default();
+    assert!(why.contains("one wheel that is not as the others"), "{why}");
 }
 
 /// What one wheel does alone shows in the diagonals too, but loads that swing do not explain it: the answer stays unknown, with both

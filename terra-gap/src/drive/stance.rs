@@ -187,6 +187,7 @@ impl<T: Scalar> Stance<T> {
         let to_rear = vehicle.wheelbase - vehicle.cg_to_front_axle;
         let transfer = vehicle.cg_height * (acceleration + climbing);
         let share = vehicle.mass / (vehicle.wheelbase * 2.0);
+        let quarter = vehicle.mass * pressing * 0.25;
         let front = share * (to_rear * pressing - transfer);
         let rear = share * (vehicle.cg_to_front_axle * pressing + transfer);
         let aside = speed * yaw_rate + cos * given.sin_roll * GRAVITY;
@@ -216,13 +217,13 @@ impl<T: Scalar> Stance<T> {
             let leaning = if left { T::one() - lean } else { lean + 1.0 };
             stance.travel[q] = travel;
             stance.slip[q] = library_slip(rim, travel);
-            // The two diagonals share what neither weight nor moments decide.
+            // The two diagonals share what neither weight nor moments decide: one force, wherever the centre of mass is.
             let swing = if q == 0 || q == 3 {
                 given.swing
             } else {
                 -given.swing
             };
-            stance.load[q] = if q < 2 { front } else { rear } * (leaning + swing);
+            stance.load[q] = if q < 2 { front } else { rear } * leaning + quarter * swing;
             let one = T::one();
             stance.direction[q] = rim.select_lt(T::zero(), -one, one);
         }
@@ -330,5 +331,49 @@ pub(crate) fn lift<S: Copy, T>(v: &Vehicle<S>, of: impl Fn(S) -> T) -> Vehicle<T
         wheel_inertia: of(v.wheel_inertia),
         wheel_damping: of(v.wheel_damping),
         pitch: of(v.pitch),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use terra_data::parse_rover;
+
+    use super::*;
+    use crate::drive::RAW;
+
+    /// A swing of the loads leaves the weight and both moments as they are, wherever the centre of mass is, on a slope and in a
+    /// turn: each axle and each side carries what it did.
+    #[test]
+    fn a_swing_moves_neither_weight_nor_moments() {
+        let rover = "[vehicle]\nmass_kg = 40.0\nyaw_inertia_kg_m2 = 2.0\ntrack_m = 0.5\nwheelbase_m = 0.6\n\
+             cg_to_front_axle_m = 0.2\ncg_height_m = 0.2\nyaw_damping_N_m_s = 0.0\n[wheel]\nradius_m = 0.2\nwidth_m = 0.1\n\
+             inertia_kg_m2 = 0.1\ndamping_N_m_s = 0.0\n[terrain]\nmodel = \"wong-reece\"\n";
+        let rover = parse_rover(rover, "rover.toml").unwrap();
+        let vehicle = rover.nominal_vehicle().unwrap();
+        let mut raw = vec![0.0; RAW];
+        (raw[SPEED], raw[YAW_RATE]) = (0.8, 0.4);
+        let loads = |swing: f64| {
+            let given = Given {
+                pitch: 0.1,
+                sin_roll: 0.05_f64.sin(),
+                cos_roll: 0.05_f64.cos(),
+                payload: 3.0,
+                earlier_passes: 0.0,
+                path: 0.0,
+                time: 0.0,
+                around: [0.8; 3],
+                leaning: 1.0,
+                swing,
+                yaw_read: 1.0,
+                forwards: true,
+            };
+            Stance::<f64>::left(&vehicle, &given, &raw, 0.0).load
+        };
+        let (level, swung) = (loads(0.0), loads(0.3));
+        assert!(swung[0] > level[0] + 1.0, "{swung:?}");
+        for (a, b) in [(0, 1), (2, 3), (0, 2), (1, 3)] {
+            let moved = swung[a] + swung[b] - level[a] - level[b];
+            assert!(moved.abs() < 1e-9, "wheels {a} and {b}: {moved}");
+        }
     }
 }

@@ -25,7 +25,7 @@ impl Effect for TowLoad {
     const REFERENCE: &'static str = "J. Y. Wong, Theory of Ground Vehicles (drawbar load in the longitudinal balance); a constant load and its prior are chosen";
     const TOUCHES: &'static [Touch] = &[Touch::Loads];
     const SCOPE: Scope = Scope::Drive;
-    const REGIME: &'static str = "sum of forces, at every slip";
+    const REGIME: &'static str = "sum of forces, at every slip; a line at the ground's height, so that no load moves between axles";
     const ISOLATED_BY: &'static str = "load cell at the hitch, or firm ground";
 
     fn loads<T: Real>(
