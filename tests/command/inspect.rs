@@ -153,7 +153,21 @@ fn what_the_motion_says_of_signs_and_units_is_named() {
         all.iter()
             .fold(tour(), |log, column| log.with(column, |t| t * factor))
     };
-    let cases: [(&str, Csv, &[&str]); 14] = [
+    // One row in fifty without a ground speed; and a spike of a receiver in as many.
+    let every_fiftieth = |value: &str| {
+        let mut log = tour();
+        let k = log.at(speed);
+        let rows = log.rows.iter_mut().skip(9).step_by(50);
+        rows.for_each(|row| row[k] = value.to_owned());
+        log
+    };
+    let unsigned = ["fl", "fr", "rl", "rr"].iter().fold(tour(), |log, w| {
+        log.with(&format!("wheel_torque_{w}_N_m"), f64::abs)
+    });
+    let cases: [(&str, Csv, &[&str]); 17] = [
+        ("zeros", every_fiftieth("0"), &["zeros"]),
+        ("spikes", every_fiftieth("999"), &[]),
+        ("unsigned_torque", unsigned, &["unsigned-torque"]),
         ("clean", tour(), &[]),
         ("accel_sign", tour().with(accel, |a| -a), &["accel-sign"]),
         (

@@ -30,7 +30,7 @@ pub(crate) struct Verdict {
 }
 
 /// What `terra inspect` finds that is a gap of its own: units, signs, places of wheels, a sensor that is stuck, a slope not logged.
-const MISLEADS: [&str; 29] = [
+const MISLEADS: [&str; 31] = [
     "accel-sign",
     "accel-unit",
     "axle-swapped",
@@ -59,7 +59,9 @@ const MISLEADS: [&str; 29] = [
     "torque-unit",
     "track-unit",
     "unsigned-speed",
+    "unsigned-torque",
     "width-unit",
+    "zeros",
 ];
 
 /// The log of an outside simulator.

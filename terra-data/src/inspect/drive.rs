@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use super::clock::Clock;
 use super::motion::Motion;
 use super::wheel_size::wheel_size;
+use super::zeros::Zeros;
 use super::{ChannelSummary, Count, Group, Inspection, Suspicion, angle, largest};
 use crate::drive::{DriveLog, WHEELS};
 use crate::kind::LogKind;
@@ -54,6 +55,7 @@ struct Channel {
     name: String,
     count: Count,
     still: Still,
+    zeros: Zeros,
 }
 
 impl<'r> DriveInspector<'r> {
@@ -84,6 +86,7 @@ impl<'r> DriveInspector<'r> {
                 name: name.clone(),
                 count: Count::default(),
                 still: Still::default(),
+                zeros: Zeros::default(),
             };
             self.channels = series.iter().map(new).collect();
         }
@@ -95,9 +98,11 @@ impl<'r> DriveInspector<'r> {
             for (i, segment) in log.segments.iter().enumerate() {
                 if i > 0 || !continues {
                     channel.still.begin();
+                    channel.zeros.begin();
                 }
                 for k in segment.rows.clone() {
                     channel.still.see(one.get(k), k, log);
+                    channel.zeros.see(one.get(k));
                 }
             }
         }
@@ -158,6 +163,7 @@ impl<'r> DriveInspector<'r> {
         for channel in &self.channels {
             suspicions.extend(channel.still.suspicion(&channel.name, self.rows));
             suspicions.extend(channel.still.held(&channel.name));
+            suspicions.extend(channel.zeros.suspicion(&channel.name, self.rows));
         }
         if !self.loads && self.rover.is_none_or(|r| r.vehicle.is_none()) {
             suspicions.push(Suspicion {

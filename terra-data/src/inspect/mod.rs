@@ -14,6 +14,7 @@ mod thinned;
 mod torque;
 mod wheel_size;
 mod wheels;
+mod zeros;
 
 use crate::kind::LogKind;
 use crate::notes::{MissingCells, ReadNotes};

@@ -9,8 +9,9 @@ use super::{Suspicion, quantile};
 use crate::drive::DriveLog;
 use crate::rover::Rover;
 
-/// Wheels slower than this share of the fastest sample are left out: ratios of small numbers say nothing.
+/// Wheels slower than this share of the fast ones are left out, ratios of small numbers say nothing; and which are fast.
 const SLOW: f64 = 0.1;
+const FAST: f64 = 0.95;
 /// Ratios of rim to ground speed: turns a minute give 9.5 and more, km/h .28 and less, unless nearly all is slip.
 const RPM: f64 = 6.0;
 const KM_H: f64 = 0.4;
@@ -31,8 +32,6 @@ const SPEEDS: [(&str, f64); 3] = [("km/h", 3.6), ("cm/s", 100.0), ("mm/s", 1000.
 pub(super) struct Motion {
     /// Mean speed of the wheels \[rad/s\] and ground speed \[m/s\], both without sign.
     speeds: Thinned<(f64, f64)>,
-    /// The largest of each.
-    fastest: (f64, f64),
     /// Right less left wheel speed against yaw rate.
     turning: Relation,
     wheels: Wheels,
@@ -52,7 +51,6 @@ impl Motion {
         if let (Some(left), Some(right)) = (left, right) {
             if let Some(ground) = log.ground_speed.as_ref().and_then(|s| s.get(row)) {
                 let pair = ((0.5 * (left + right)).abs(), ground.abs());
-                self.fastest = (self.fastest.0.max(pair.0), self.fastest.1.max(pair.1));
                 self.speeds.see(pair);
             }
             if let Some(yaw) = log.yaw_rate.as_ref().and_then(|s| s.get(row)) {
@@ -77,6 +75,7 @@ impl Motion {
                 out.extend(unit);
                 out.extend(self.turns(rover));
                 out.extend(self.wheels.suspicions(rover));
+                out.extend(self.torques.unsigned());
                 out.extend(self.torques.signs());
             }
         }
@@ -85,12 +84,18 @@ impl Motion {
     }
 
     fn speed_units(&self, rover: Option<&Rover>) -> Option<Suspicion> {
+        // Not the largest of each: a few outliers would be all that is left.
+        let fast = |of: fn(&(f64, f64)) -> f64| {
+            let mut each: Vec<f64> = self.speeds.values.iter().map(of).collect();
+            quantile(&mut each, FAST)
+        };
+        let fastest = (fast(|p| p.0)?, fast(|p| p.1)?);
         // v/omega of rows in which both move.
         let mut radius: Vec<f64> = self
             .speeds
             .values
             .iter()
-            .filter(|p| p.0 > SLOW * self.fastest.0 && p.1 > SLOW * self.fastest.1)
+            .filter(|p| p.0 > SLOW * fastest.0 && p.1 > SLOW * fastest.1)
             .map(|p| p.1 / p.0)
             .collect();
         if radius.len() < FEW {

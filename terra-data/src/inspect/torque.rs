@@ -18,6 +18,7 @@ const GRAVITY: f64 = 9.81;
 #[derive(Default)]
 pub(super) struct Torques {
     power: [Power; 4],
+    back: Back,
     /// Mean of the wheels' torques \[N m\] without sign, in rows in which all turn.
     size: Thinned<f64>,
 }
@@ -29,21 +30,42 @@ struct Power {
     against: usize,
 }
 
+/// Rows in which all wheels turn backwards, and whether any torque of the log points backwards.
+#[derive(Clone, Copy, Default)]
+struct Back {
+    rows: usize,
+    torque: bool,
+}
+
 impl Torques {
     pub(super) fn see(&mut self, log: &DriveLog, row: usize) {
         let torque = log.wheel_torque.iter().flatten();
-        let (mut sum, mut turning) = (0.0, 0);
+        let (mut sum, mut turning, mut back) = (0.0, 0, 0);
         for (power, (torque, speed)) in self.power.iter_mut().zip(torque.zip(&log.wheel_speed)) {
             if let (Some(t), Some(w)) = (torque.get(row), speed.get(row)) {
                 power.rows += usize::from(t * w != 0.0);
                 power.against += usize::from(t * w < 0.0);
                 sum += t.abs();
                 turning += usize::from(w != 0.0);
+                back += usize::from(w < 0.0);
+                self.back.torque |= t < 0.0;
             }
         }
         if turning == WHEELS.len() {
             self.size.see(sum / WHEELS.len() as f64);
+            self.back.rows += usize::from(back == WHEELS.len());
         }
+    }
+
+    /// Torques of which none points backwards, in a log that does.
+    pub(super) fn unsigned(&self) -> Option<Suspicion> {
+        let Back { rows, torque } = self.back;
+        (rows >= FEW && !torque).then(|| Suspicion {
+            code: "unsigned-torque",
+            message: format!(
+                "no torque is negative, though all wheels turn backwards in {rows} rows: absolute values? Forward is positive"
+            ),
+        })
     }
 
     /// Wheels whose torque works against their rotation nearly always.
