@@ -21,6 +21,7 @@ use crate::round::{Common, Round, explained, settle};
 use crate::settings::{LogKind, Settings};
 use crate::setup::{ADEQUATE, Screened, Setup};
 use crate::structures::weigh_structures;
+use crate::uneven::Uneven;
 use crate::unknown;
 use crate::ways;
 use crate::weigh::{Weighed, unknown_amplitudes};
@@ -299,7 +300,7 @@ fn weigh_by(
     let mut behind = vec![];
     if let Some(reshaped) = reshaped {
         singles = reshaped;
-        behind = take_needless(&mut pairs, &singles, data.uneven.is_some());
+        behind = take_needless(&mut pairs, &singles, data.uneven.as_deref());
     }
     let alone: Vec<&Weighed> = singles.iter().flat_map(|(_, w)| w).collect();
     let log_unknown = log_unknown(data, setup.kind, &plain, &null_weighed, &alone, &pairs);
@@ -376,19 +377,24 @@ fn is_free(rival: &Weighed) -> bool {
 fn take_needless(
     pairs: &mut Vec<Weighed>,
     singles: &[(usize, Vec<Weighed>)],
-    uneven: bool,
+    uneven: Option<&Uneven>,
 ) -> Vec<Weighed> {
     let by_evidence = |a: &&Weighed, b: &&Weighed| a.log_evidence.total_cmp(&b.log_evidence);
     let best = singles.iter().flat_map(|(_, w)| w).max_by(by_evidence);
     // One that is behind another cause is not the answer instead of the two.
-    let bar = best
-        .filter(|w| uneven || is_free(w))
-        .map_or(f64::NEG_INFINITY, |w| w.log_evidence);
+    let needed = |w: &Weighed| match uneven {
+        _ if is_free(w) => Some(FORMULA),
+        Some(uneven) => Some(uneven.comes_to()),
+        None => None,
+    };
+    let Some((alone, more)) = best.and_then(|w| Some((w.log_evidence, needed(w)?))) else {
+        return vec![];
+    };
     let (needed, mut needless): (Vec<_>, Vec<_>) = pairs
         .drain(..)
-        .partition(|pair| pair.log_evidence > bar + FORMULA);
+        .partition(|pair| pair.log_evidence > alone + more);
     *pairs = needed;
-    needless.retain(|pair| pair.log_evidence > bar);
+    needless.retain(|pair| pair.log_evidence > alone);
     needless
 }
 

@@ -256,11 +256,16 @@ impl Uneven {
             .then(|| slopes * slopes.transpose() * (self.lasting * self.lasting))
     }
 
+    /// What waves come to by themselves \[nats\], which a cause must gain, and a second one beside it.
+    pub(crate) fn comes_to(&self) -> f64 {
+        NATS_PER_SHARE * self.share
+    }
+
     /// What speaks against an answer that is an effect of the library, or several, if something does: other answers that stand beside it.
     pub(crate) fn doubts(&self, ranking: &Ranking) -> Option<Doubtful> {
         let leading = ranking.causes.first()?;
         let effects = leading.weighed.hypothesis.effects().len();
-        let weak = leading.log_evidence_gain < NATS_PER_SHARE * self.share;
+        let weak = leading.log_evidence_gain < self.comes_to();
         match effects {
             0 | 1 => weak.then_some(Doubtful::Nothing),
             _ => Some(Doubtful::OneWheel),
