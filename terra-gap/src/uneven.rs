@@ -96,7 +96,7 @@ const STEPS: usize = 3;
 const HALVINGS: usize = 4;
 /// What waves come to by themselves, for the whole of a load that swings \[nats\]: in five of another generator's 51 drives on such
 /// ground with nothing missing a cause gained 5 to 30 by loads that swing by a quarter to a third, and of 72 with one effect nine that
-/// were right gained no more than that. Chosen on these.
+/// were right gained no more than that. A second cause must gain it beside the first, as seven of eight pairs do. Chosen on these.
 const NATS_PER_SHARE: f64 = 120.0;
 /// Largest correlation from window to window that is reckoned with.
 const MOST_ALIKE: f64 = 0.8;

@@ -83,7 +83,8 @@ fn a_swing_of_the_loads_is_no_cause() {
 }
 
 /// On such ground errors of torque, mass and slope are still found, and what pulls at the rover, and a centre of mass that is elsewhere:
-/// a swing of the loads leaves it where it is.
+/// a swing of the loads leaves it where it is. These waves move no body, which the torques' sensors seem to deny: a second cause
+/// may stand with the first, and something unknown beside both.
 #[test]
 fn a_cause_is_found_on_uneven_ground() {
     for cause in [
@@ -96,7 +97,10 @@ fn a_cause_is_found_on_uneven_ground() {
     ] {
         let d = diagnosed(&[cause], SHARE);
         assert!(told(&d), "{cause:?}: {:?}", d.heed);
-        assert_eq!(d.causes[0].name, cause.0, "{:?}", d.set);
+        let leading = &d.causes[0].name;
+        let both = leading.split('+').any(|name| name == cause.0);
+        let doubted = d.set.iter().any(|answer| answer == "unknown");
+        assert!(leading == cause.0 || both && doubted, "{:?}", d.set);
     }
 }
 
