@@ -370,7 +370,7 @@ impl Ranking {
         self.doubt();
     }
 
-    /// A cause of which the data say nothing may stand for another soil than the rover file's: nothing missing has a share of its
+    /// A cause of which the data say nothing may stand for another soil than the rover file's, or for the ground's waves: nothing missing has a share of its
     /// probability, by which it still leads, and is in the set.
     pub(crate) fn doubt_start(&mut self, share: f64) {
         if self.set.iter().any(|answer| answer == "none") {

@@ -157,7 +157,8 @@ const STANDS_FOR_ONE: f64 = 0.4;
 /// less, and three of these were wrong; of 252 drives' (515151, and another generator's) five, and all were right: there it is
 /// said, and no more.
 const TAKES: f64 = 8.0;
-/// Share of the probability of such a cause of a rig that nothing missing has, on another soil: a choice, as with two causes.
+/// Share of the probability of such a cause of a rig that nothing missing has, on another soil, and of one that gains no more than the
+/// waves of uneven ground: a choice, as with two causes.
 const ANOTHER_SOIL: f64 = 0.4;
 
 /// Why nothing can be said where the nominal law's own fit says nothing.

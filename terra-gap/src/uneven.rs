@@ -127,9 +127,9 @@ impl Uneven {
             let predictor = predictor.swung(swings)?;
             residual(data, &*predictor, null, fitted.x.as_slice()).ok()
         };
-        let further = |swings: &[f64]| -> Vec<f64> { swings.iter().map(|s| s + STEP).collect() };
-        let from =
-            |raw: &DVector<f64>, swings: &[f64]| Some((swung(&further(swings))? - raw) / STEP);
+        let from = |raw: &DVector<f64>, swings: &[f64]| {
+            Some((swung(&a_step_further(swings))? - raw) / STEP)
+        };
         let slopes = from(raw, &vec![0.0; numbers])?;
         let (mut by_signs, mut forward, mut turning) = ([const { vec![] }; 4], vec![], vec![]);
         let mut asked = vec![];
@@ -318,6 +318,10 @@ impl Loaded {
     }
 }
 
+fn a_step_further(swings: &[f64]) -> Vec<f64> {
+    swings.iter().map(|swing| swing + STEP).collect()
+}
+
 /// Halves the swings at which a law has no answer, or none a step further; none where it has none without them.
 fn halve_unanswered(
     data: &DataSet,
@@ -328,8 +332,8 @@ fn halve_unanswered(
     let p = law.parameters(x);
     for halving in 0..=HALVINGS {
         let mut all = true;
-        let further: Vec<f64> = at.iter().map(|s| s + STEP).collect();
-        for predictor in [predictor.swung(at)?, predictor.swung(&further)?] {
+        for swings in [at.to_vec(), a_step_further(at)] {
+            let predictor = predictor.swung(&swings)?;
             if residual(data, &*predictor, law, x).is_ok() {
                 continue;
             }

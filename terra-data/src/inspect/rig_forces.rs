@@ -122,22 +122,24 @@ fn units(log: &RigLog, rover: Option<&Rover>) -> Option<Suspicion> {
 
 /// Of a wheel that digs in the pull is negative too, but it does not fall further the more torque the wheel takes.
 fn pull_sign(log: &RigLog) -> Option<Suspicion> {
-    let pulls: Vec<f64> = slipping(log, SHEARS)
-        .filter_map(|r| value(r.drawbar_pull))
-        .collect();
-    let negative = pulls.iter().filter(|d| **d < 0.0).count();
+    let pulls = slipping(log, SHEARS).filter_map(|r| value(r.drawbar_pull));
+    let (negative, of) = mostly_negative(pulls)?;
     let against = |r: &RigRow| {
         let (d, t) = (value(r.drawbar_pull)?, value(r.torque)?);
         Some((d / r.normal_load.value, t.abs() / r.normal_load.value))
     };
     let both: Vec<(f64, f64)> = log.rows.iter().filter_map(against).collect();
     let falls = both.len() < FEW || slope_sign(&both) < 0.0;
-    let many = pulls.len() >= FEW && negative as f64 > AGAINST * pulls.len() as f64;
-    (many && falls).then(|| Suspicion {
+    let beside = if both.len() < FEW {
+        ""
+    } else {
+        ", and falls as torque rises"
+    };
+    falls.then(|| Suspicion {
         code: "pull-sign",
         message: format!(
-            "drawbar_pull_N is negative in {negative} of {} rows that slip by more than {SHEARS}, and falls as torque rises: sign flipped? A wheel that pulls its carriage along has a positive one",
-            pulls.len()
+            "drawbar_pull_N is negative in {negative} of {of} rows that slip by more than {SHEARS}{beside}: sign flipped? A wheel \
+             that pulls its carriage along has a positive one"
         ),
     })
 }
@@ -153,29 +155,34 @@ fn slope_sign(both: &[(f64, f64)]) -> f64 {
 }
 
 fn torque_sign(log: &RigLog) -> Option<Suspicion> {
-    let driving: Vec<f64> = slipping(log, 0.05)
-        .filter_map(|r| value(r.torque))
-        .collect();
-    let negative = driving.iter().filter(|t| **t < 0.0).count();
-    (driving.len() >= FEW && negative as f64 > AGAINST * driving.len() as f64).then(|| Suspicion {
+    let driving = slipping(log, 0.05).filter_map(|r| value(r.torque));
+    let (negative, of) = mostly_negative(driving)?;
+    Some(Suspicion {
         code: "torque-sign",
         message: format!(
-            "torque_N_m is negative in {negative} of {} rows with a driving slip: sign flipped? A torque that drives forward is positive",
-            driving.len()
+            "torque_N_m is negative in {negative} of {of} rows with a driving slip: sign flipped? A torque that drives forward is positive"
         ),
     })
 }
 
 fn sinkage_sign(log: &RigLog) -> Option<Suspicion> {
-    let all: Vec<f64> = log.rows.iter().filter_map(|r| value(r.sinkage)).collect();
-    let negative = all.iter().filter(|z| **z < 0.0).count();
-    (all.len() >= FEW && negative as f64 > AGAINST * all.len() as f64).then(|| Suspicion {
+    let (negative, of) = mostly_negative(log.rows.iter().filter_map(|r| value(r.sinkage)))?;
+    Some(Suspicion {
         code: "sinkage-sign",
         message: format!(
-            "sinkage_m is negative in {negative} of {} rows: sign flipped? Down into the ground is positive",
-            all.len()
+            "sinkage_m is negative in {negative} of {of} rows: sign flipped? Down into the ground is positive"
         ),
     })
+}
+
+/// How many of these are negative, and of how many, where nearly all are.
+fn mostly_negative(each: impl Iterator<Item = f64>) -> Option<(usize, usize)> {
+    let (mut negative, mut of) = (0, 0);
+    for x in each {
+        of += 1;
+        negative += usize::from(x < 0.0);
+    }
+    (of >= FEW && negative as f64 > AGAINST * of as f64).then_some((negative, of))
 }
 
 /// Repeats that are one row written several times: their scatter would say that there is no noise.
