@@ -671,7 +671,7 @@ pub(crate) struct GapArgs {
     #[arg(long, value_enum, default_value_t = SoilArg::Shared)]
     pub(crate) soil: SoilArg,
     /// Log of an outside simulator that drove or rolled the same: the nominal simulator is made like it first, and what is
-    /// then missing on LOG is missing in that simulator too.
+    /// then missing on LOG is missing in that simulator too. By motion alone where one of the two holds no torques.
     #[arg(long, value_name = "SIM_LOG")]
     pub(crate) sim: Option<PathBuf>,
     /// The simulator was given the soil of LOG: other soil is no answer.
@@ -679,7 +679,7 @@ pub(crate) struct GapArgs {
     pub(crate) same_bed: bool,
     /// Diagnose a drive without torques by its motion alone, even where its accelerations tell of forces: on ground that no
     /// terrain model describes.
-    #[arg(long, conflicts_with = "sim")]
+    #[arg(long)]
     pub(crate) motion_only: bool,
     /// Which groups are held out to measure how far the gap shrinks.
     #[arg(long, value_enum)]

@@ -95,6 +95,9 @@ pub(crate) struct Weight {
     /// With it the data still misfit by more than is adequate.
     #[serde(default)]
     pub(crate) misfits: bool,
+    /// Of something unknown: its gain where no second cause has earned its place.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) without_pairs: Option<f64>,
 }
 
 impl Weight {
@@ -160,8 +163,9 @@ impl Calibration {
     pub fn frozen_contrast(kind: LogKind, groups: usize) -> Result<Self, GapError> {
         Self::named(match kind {
             LogKind::Rig => "contrast",
-            LogKind::Drive | LogKind::Kinematic if groups >= RICH => "rich-contrast",
-            LogKind::Drive | LogKind::Kinematic => "ramp-contrast",
+            LogKind::Kinematic => "motion-contrast",
+            LogKind::Drive if groups >= RICH => "rich-contrast",
+            LogKind::Drive => "ramp-contrast",
         })
     }
 
@@ -189,8 +193,20 @@ impl Calibration {
 
     /// The gain that a second cause needs.
     fn bar(&self, weights: &[Weight]) -> f64 {
-        let alone = weights.iter().filter(|w| w.is_alone()).map(|w| w.gain);
+        // What two causes leave to something unknown is no bar to them.
+        let alone = weights.iter().filter(|w| w.is_alone());
+        let alone = alone.map(|w| w.without_pairs.unwrap_or(w.gain));
         alone.fold(f64::NEG_INFINITY, f64::max) + self.second_gain
+    }
+
+    /// Gain \[nats\] of an answer.
+    fn gain(&self, weights: &[Weight], w: &Weight) -> f64 {
+        let bar = self.bar(weights);
+        let earned = || weights.iter().any(|w| w.second && w.gain > bar);
+        match w.without_pairs {
+            Some(gain) if !earned() => gain,
+            _ => w.gain,
+        }
     }
 
     /// Gain \[nats\] of the best explanation: of one cause, or of two where the second has earned its place, which one that
@@ -246,7 +262,7 @@ impl Calibration {
                 if w.behind.is_some() || (w.second && w.gain <= bar) {
                     f64::NEG_INFINITY
                 } else {
-                    w.ln_prior + w.gain / self.temperature
+                    w.ln_prior + self.gain(weights, w) / self.temperature
                 }
             })
             .collect();
@@ -313,8 +329,11 @@ impl Calibration {
     pub(crate) fn nearly(&self, weights: &[Weight]) -> Option<usize> {
         let (unknown, others) = weights.split_last()?;
         let (_, causes) = others.split_last()?;
-        let bar = (1.0 - self.form_tolerance) * unknown.gain;
-        if self.form_tolerance == 0.0 || causes.iter().any(|w| w.gain >= unknown.gain) {
+        let unknown = self.gain(weights, unknown);
+        let earned = self.bar(weights);
+        let bar = (1.0 - self.form_tolerance) * unknown;
+        let more = |w: &Weight| w.gain >= unknown && (!w.second || w.gain > earned);
+        if self.form_tolerance == 0.0 || causes.iter().any(more) {
             return None;
         }
         let near = (0..causes.len()).filter(|k| causes[*k].is_alone() && causes[*k].gain >= bar);
@@ -355,6 +374,7 @@ mod tests {
             free: false,
             behind: None,
             misfits: false,
+            without_pairs: None,
         }
     }
 
@@ -370,6 +390,7 @@ mod tests {
             free: false,
             behind: None,
             misfits: false,
+            without_pairs: None,
         };
         let c = start();
         assert_eq!(c.probabilities(&[single(-1.0, 10.0), pair(12.9)])[1], 0.0);
@@ -472,7 +493,7 @@ mod tests {
     }
 
     /// A cause that leaves over one part in a hundred of what something unknown explains may have another formula; one that
-    /// leaves over three does not, nor does any where two causes explain it all.
+    /// leaves over three does not, nor does any where two causes explain it all and have earned their place.
     #[test]
     fn a_small_remainder_may_be_the_formula_s() {
         let third = -(3.0f64.ln());
@@ -500,7 +521,36 @@ mod tests {
             ..single(third, 1001.0)
         };
         two.insert(1, pair);
-        assert_eq!(c.nearly(&two), None);
+        two[3].without_pairs = Some(995.0);
+        let asking = |second_gain| Calibration {
+            second_gain,
+            ..c.clone()
+        };
+        assert_eq!(asking(5.0).nearly(&two), None);
+        assert_eq!(asking(7.0).nearly(&two), Some(0));
+    }
+
+    /// One cause that explains the data, and two that say more but have not earned their place: what they leave to something unknown,
+    /// which is more than one cause says, is no doubt in that. Where they have earned it, it is.
+    #[test]
+    fn two_causes_that_are_not_heard_feed_nothing_unknown() {
+        let pair = Weight {
+            second: true,
+            ..single(-1.0, 60.0)
+        };
+        let unknown = Weight {
+            without_pairs: Some(32.0),
+            ..single(-1.0, 52.0)
+        };
+        let weights = [single(-1.0, 40.0), pair, single(-1.0, 0.0), unknown];
+        let asking = |second_gain| Calibration {
+            second_gain,
+            ..start()
+        };
+        let p = asking(30.0).probabilities(&weights);
+        assert!(p[0] > 0.99 && p[1] == 0.0, "{p:?}");
+        let p = asking(10.0).probabilities(&weights);
+        assert!(p[1] > 0.99 && p[3] < 1e-3 && p[3] > p[0], "{p:?}");
     }
 
     /// Nine tenths of what an explanation has that misfits go to unknown; one that fits keeps all.

@@ -124,7 +124,12 @@ impl Answers {
                 .chain(&rivals.behind)
                 .map(|w| whole(w.hypothesis.effect_name(), CauseKind::Combination, w)),
         );
-        let beside_soil = [rivals.other_soil.first(), of_the_ground(&causes)];
+        // By motion alone there is no wheel law to be another.
+        let of_the_ground = match kind {
+            LogKind::Kinematic => None,
+            LogKind::Rig | LogKind::Drive => of_the_ground(&causes),
+        };
+        let beside_soil = [rivals.other_soil.first(), of_the_ground];
         rivals.other_soil.tell(&mut causes, null.log_evidence);
         let shares: Vec<f64> = causes
             .iter()
@@ -199,6 +204,7 @@ impl Answers {
                     free: c.form == FREE,
                     behind,
                     misfits: kind != LogKind::Drive && c.weighed.chi2_per_value() > ADEQUATE,
+                    without_pairs: None,
                 }
             })
             .collect();
@@ -211,6 +217,7 @@ impl Answers {
             free: false,
             behind: None,
             misfits: false,
+            without_pairs: None,
         };
         // What the nominal law explains by a smooth error of its form that is larger than usual is not nothing: something is
         // missing. Against another simulator that error was learned from its log.
@@ -223,13 +230,18 @@ impl Answers {
             true => (none / unknown).ln() + (1.0 - usual).ln(),
             false => f64::NEG_INFINITY,
         };
+        let without_pairs = rivals.log_unknown_alone - null.log_evidence;
         weights.push(alone(none, usual.ln()));
-        weights.push(alone(unknown, log_sum_exp([known, bent])));
+        weights.push(Weight {
+            without_pairs: Some(log_sum_exp([without_pairs, bent])),
+            ..alone(unknown, log_sum_exp([known, bent]))
+        });
         for w in &mut weights {
             // An explanation with no probability at all has no finite evidence.
             if !w.gain.is_finite() {
                 w.gain = f64::MIN;
             }
+            w.without_pairs = w.without_pairs.filter(|gain| gain.is_finite());
         }
         Answers {
             causes,

@@ -268,6 +268,15 @@ pub(crate) fn diagnose(
             "what is named closes {share} where it was not fitted: what is missing may be something else"
         ));
     }
+    if doubt.is_none()
+        && let Some((h, f)) = &decision.accepted
+        && let Some((name, size)) = unlikely(h, f)
+    {
+        ranking.doubt_leading(STANDS_FOR_ONE);
+        decision.doubt(format!(
+            "{name} would be of {size:.1} times its usual size: it may stand for something else"
+        ));
+    }
     let accepts = decision.accepted.is_some() && decision.verdict != "unknown";
     match data
         .uneven
@@ -366,6 +375,22 @@ pub(crate) fn diagnose(
 const ABSURD: f64 = 1e4;
 /// Prior sd by which a fitted soil is another than the one that the rover file starts from.
 const FAR: f64 = 3.0;
+
+/// Prior sd from which a cause is larger than it usually is: sealed cases have two at most.
+const UNLIKELY: f64 = 4.0;
+
+/// The cause of an explanation that is larger than causes are, and by how many of its prior sd.
+fn unlikely(h: &Hypothesis, fit: &Fit) -> Option<(String, f64)> {
+    let mut left = fit.x.iter().skip(h.soil_len());
+    let mut each = h.effects().iter().map(|e| {
+        let own = left.by_ref().take(e.params().len());
+        (
+            e.name().to_owned(),
+            own.fold(0.0, |most: f64, x| most.max(x.abs())),
+        )
+    });
+    each.find(|(_, size)| *size > UNLIKELY)
+}
 
 /// What to look at before believing a verdict.
 fn heed(given: f64, fitted: Option<(&Hypothesis, &Fit)>) -> Vec<String> {

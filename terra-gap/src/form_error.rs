@@ -1,4 +1,5 @@
-//! What the nominal law's form is off by against a simulator: smooth in slip, and in the load.
+//! What the nominal law's form is off by against a simulator: smooth in slip, and in the load. By motion alone it is another
+//! ([`MotionError`]).
 //!
 //! # Equation
 //! D + W d_D, T + W R d_T, z exp(d_z), d(s, W) = Σ_k (c_k + l_k ln(W/(b R p0))) exp(-(w - w_k)²/(2 ℓ²))/√2 over the slip as
@@ -10,11 +11,13 @@
 //! three standard deviations of a window and chi2/n 2.05; with a drive's own it follows it, .96.)
 
 use std::marker::PhantomData;
+use std::ops::Range;
 use std::sync::Arc;
 
 use terra_model::{AnyEffect, Contact, Effect, Param, Real, Scale, Soil, Touch, WheelForces};
 
 use crate::dataset::DataSet;
+use crate::kinematic::{MotionError, OF_YAW};
 use crate::settings::LogKind;
 
 /// Length of the error in w, and distance of the anchors.
@@ -155,23 +158,44 @@ impl<A: Anchors> Effect for FormError<A> {
 /// The error's form for a log.
 pub(crate) struct Form {
     effect: Arc<dyn AnyEffect>,
-    anchors: usize,
+    parts: &'static [Part],
+}
+
+/// What a form's error is off in: a name, and which coefficients say by how much.
+type Part = (&'static str, Range<usize>);
+
+/// Of each channel the coefficients at a mean pressure of 5 kPa.
+macro_rules! parts {
+    ($anchors:literal) => {
+        &[
+            ("pull", 0..$anchors),
+            ("torque", 2 * $anchors..3 * $anchors),
+            ("ln sinkage", 4 * $anchors..5 * $anchors),
+        ]
+    };
 }
 
 impl Form {
     /// That for a kind of log and its channels.
     pub(crate) fn of(data: &DataSet, kind: LogKind) -> Self {
-        fn with<A: Anchors>() -> Form {
+        fn with(effect: impl Effect + Default, parts: &'static [Part]) -> Form {
             Form {
-                effect: Arc::new(FormError::<A>::default()),
-                anchors: A::AT.len(),
+                effect: Arc::new(effect),
+                parts,
             }
         }
         let sinkage = || data.channels.iter().any(|c| c.name.starts_with("sinkage"));
         match kind {
-            LogKind::Rig => with::<Held>(),
-            LogKind::Drive | LogKind::Kinematic if sinkage() => with::<Swept>(),
-            LogKind::Drive | LogKind::Kinematic => with::<SweptUnseen>(),
+            LogKind::Rig => with(FormError::<Held>::default(), parts!(8)),
+            LogKind::Drive if sinkage() => with(FormError::<Swept>::default(), parts!(12)),
+            LogKind::Drive => with(FormError::<SweptUnseen>::default(), parts!(12)),
+            LogKind::Kinematic => {
+                const PARTS: &[Part] = &[
+                    ("ln yaw rate", 0..OF_YAW),
+                    ("ln ground speed", OF_YAW..MotionError::PARAMS.len()),
+                ];
+                with(MotionError, PARTS)
+            }
         }
     }
 
@@ -180,13 +204,14 @@ impl Form {
         Arc::clone(&self.effect)
     }
 
-    /// Root mean square of each channel's coefficients at a mean pressure of 5 kPa: pull, torque, ln sinkage.
-    pub(crate) fn sizes(&self, coefficients: &[f64]) -> [f64; 3] {
-        let mut parts = coefficients.chunks(self.anchors).step_by(2);
-        std::array::from_fn(|_| {
-            let c = parts.next().unwrap_or(&[]);
-            (c.iter().map(|c| c * c).sum::<f64>() / c.len().max(1) as f64).sqrt()
-        })
+    /// Root mean square of each part's coefficients; 0 for a part that the log's form has not.
+    pub(crate) fn sizes(&self, coefficients: &[f64]) -> (Vec<&'static str>, Vec<f64>) {
+        let size = |(of, range): &Part| {
+            let c = coefficients.get(range.clone()).unwrap_or(&[]);
+            let rms = (c.iter().map(|c| c * c).sum::<f64>() / c.len().max(1) as f64).sqrt();
+            (*of, rms)
+        };
+        self.parts.iter().map(size).unzip()
     }
 }
 
@@ -194,7 +219,8 @@ impl Form {
 /// law's form that a contrast against an outside simulator has, and none of the soil's.
 pub fn is_form_error(parameter: &str) -> bool {
     let own = parameter.rsplit('/').next().unwrap_or(parameter);
-    let mut all = Held::PARAMS.iter().chain(Swept::PARAMS);
+    let forces = Held::PARAMS.iter().chain(Swept::PARAMS);
+    let mut all = forces.chain(MotionError::PARAMS);
     all.any(|p| p.name == own)
 }
 

@@ -18,6 +18,7 @@
 //! rotation of the treads, steering efficiency χ).
 
 mod effects;
+mod form;
 mod ground;
 mod predict;
 mod read;
@@ -31,7 +32,8 @@ use terra_mme::{Centre, FitSpace, Priors};
 use terra_model::{Law, Registry};
 
 use crate::candidates::Candidates;
-use crate::dataset::DataSet;
+use crate::contrast::against;
+use crate::dataset::{DataSet, Observation, Ranges};
 use crate::diagnose::{Diagnosis, diagnose};
 use crate::error::GapError;
 use crate::logs::Logs;
@@ -40,6 +42,7 @@ use crate::setup::Setup;
 use crate::soil_space::SoilSpace;
 
 pub use effects::{SkidSteerCentres, SkidSteerDrag};
+pub(crate) use form::{MotionError, OF_YAW};
 pub use ground::UniformSlip;
 pub use predict::KinematicPredictor;
 
@@ -48,8 +51,13 @@ const FEWEST: usize = 8;
 /// Yaw rates over their noise, averaged over a window, from which a log holds turns.
 const TURNING: f64 = 5.0;
 
+/// How much sharper than a simulator's a turn may be, as a share of turning on the spot, to be as sharp.
+const AS_SHARP: f64 = 0.05;
+
 /// What to heed.
 const BY_MOTION: &str = "no torques: a diagnosis by motion alone, in which [terrain] is not used and the ground is one re-fitted slip";
+
+const AGAINST: &str = "a log holds no torques: the two are compared by their motion alone, in which [terrain] is not used and the ground is one re-fitted slip";
 
 /// Diagnoses a drive log by its motion alone.
 ///
@@ -61,20 +69,21 @@ pub fn diagnose_kinematic(
     registry: &Registry,
     settings: &Settings,
 ) -> Result<Diagnosis, GapError> {
-    diagnose_logs(&Logs::one(log), rover, registry, settings)
+    diagnose_logs(&Logs::one(log), None, rover, registry, settings)
 }
 
-/// The same of several logs.
+/// The same of several logs, alone or against an outside simulator's, which comes with whether it was given this very soil.
 ///
 /// # Errors
-/// As there.
+/// As there; a simulator's log that tells nothing by its motion.
 pub(crate) fn diagnose_logs(
     logs: &Logs<'_, DriveLog>,
+    sim: Option<(&DriveLog, bool)>,
     rover: &Rover,
     registry: &Registry,
     settings: &Settings,
 ) -> Result<Diagnosis, GapError> {
-    let (known, silent) = effects::readable(registry);
+    let (known, silent) = effects::readable(registry, sim.is_some());
     let mut settings = settings.clone();
     if let Some(names) = &mut settings.effects {
         for name in names.iter() {
@@ -83,36 +92,91 @@ pub(crate) fn diagnose_logs(
         // Those that forces alone would show are reported as not asked, not refused.
         names.retain(|name| known.effect(name).is_ok());
     }
-    let law = Law::new(Arc::new(UniformSlip), vec![])?;
-    let start =
-        BTreeMap::from([ground::SLIP, ground::COMPLIANCE].map(|p| (p.name.to_owned(), 0.0)));
-    let soil = FitSpace::new(
-        &law,
-        Centre::Values(&start),
-        &[rover.wheel.width],
-        &Priors::default(),
-    )
-    .map_err(|e| GapError::Soil(e.to_string()))?;
-    let setup = Setup {
-        registry: &known,
-        rover,
-        law,
-        soil: Arc::new(SoilSpace::new(soil, logs.labels())),
-        structures: vec![],
-        without: vec![],
-        kind: LogKind::Kinematic,
-        inherited: None,
+    let kind = LogKind::Kinematic;
+    let (setup, baseline) = match sim {
+        None => {
+            let law = ideal_drive()?;
+            let ground = free_ground(&law, rover)?;
+            let setup = Setup {
+                registry: &known,
+                rover,
+                law,
+                soil: Arc::new(SoilSpace::new(ground, logs.labels())),
+                structures: vec![],
+                without: vec![],
+                kind,
+                inherited: None,
+            };
+            (setup, None)
+        }
+        Some((sim, same_soil)) => {
+            let sim = Logs::one(sim);
+            let (data, predictor) = read::from_logs(&sim, rover, true)?;
+            if let Some(reason) = refusal(&data, &sim, rover) {
+                return Err(GapError::Simulator(reason));
+            }
+            let labels = logs.labels();
+            let (setup, baseline) = against(
+                data, &predictor, &known, rover, kind, &settings, same_soil, labels,
+            )?;
+            (setup, Some(baseline))
+        }
     };
-    let (data, predictor) = read::from_logs(logs, rover)?;
+    let (mut data, predictor) = read::from_logs(logs, rover, baseline.is_some())?;
+    if let Some(inherited) = &setup.inherited {
+        within(&mut data, &inherited.ranges);
+    }
     let mut found = match refusal(&data, logs, rover) {
         Some(reason) => Diagnosis::unidentifiable(data, &setup, Candidates::default(), reason),
         None => diagnose(data, &predictor, &setup, &settings)?,
     };
-    found.notice(BY_MOTION.to_owned());
+    found.notice(
+        if baseline.is_some() {
+            AGAINST
+        } else {
+            BY_MOTION
+        }
+        .to_owned(),
+    );
+    found.baseline = baseline;
     found.not_asked.extend(silent);
     found.logs = logs.joined();
     isolate(&mut found, registry);
     Ok(found)
+}
+
+/// The nominal simulator.
+///
+/// # Errors
+/// None that its own parameters cause.
+pub(crate) fn ideal_drive() -> Result<Law, GapError> {
+    Ok(Law::new(Arc::new(UniformSlip), vec![])?)
+}
+
+/// Its ground, re-fitted.
+///
+/// # Errors
+/// A wheel without width.
+pub(crate) fn free_ground(law: &Law, rover: &Rover) -> Result<FitSpace, GapError> {
+    let start =
+        BTreeMap::from([ground::SLIP, ground::COMPLIANCE].map(|p| (p.name.to_owned(), 0.0)));
+    let (centre, widths) = (Centre::Values(&start), [rover.wheel.width]);
+    let space = FitSpace::new(law, centre, &widths, &Priors::default());
+    space.map_err(|e| GapError::Soil(e.to_string()))
+}
+
+/// Leaves out windows that turn more sharply than any of the simulator's: what that would do there is not known.
+fn within(data: &mut DataSet, ranges: &Ranges) {
+    let (right, left) = ranges.get("turning").copied().unwrap_or_default();
+    let most = left.abs().max(right.abs()) + AS_SHARP;
+    let turning = |o: &Observation| o.factors.get("turning").map_or(0.0, |t| t.abs());
+    let before = data.observations.len();
+    data.observations.retain(|o| turning(o) <= most);
+    let beyond = before - data.observations.len();
+    if beyond > 0 {
+        let reason = "turns more sharply than any of the simulator's";
+        data.dropped.insert(reason.to_owned(), beyond);
+    }
 }
 
 /// Why a log can say nothing, and what to record instead.

@@ -71,6 +71,8 @@ pub(crate) struct Rivals {
     pub behind: Vec<Weighed>,
     /// ln Z of something unknown.
     pub log_unknown: f64,
+    /// The same where no second cause has earned its place: what a pair leaves over then says nothing of what one cause does.
+    pub log_unknown_alone: f64,
     /// Effects that were not asked, with the reason.
     pub not_asked: Vec<(String, String)>,
     /// What predicts the log as it was measured, where that is not what was given: along another way, or otherwise loaded.
@@ -303,7 +305,10 @@ fn weigh_by(
         behind = take_needless(&mut pairs, &singles, data.uneven.as_deref());
     }
     let alone: Vec<&Weighed> = singles.iter().flat_map(|(_, w)| w).collect();
-    let log_unknown = log_unknown(data, setup.kind, &plain, &null_weighed, &alone, &pairs);
+    let unknown_with =
+        |pairs: &[Weighed]| log_unknown(data, setup.kind, &plain, &null_weighed, &alone, pairs);
+    let log_unknown = unknown_with(&pairs);
+    let log_unknown_alone = unknown_with(&[]).min(log_unknown);
     let fitted = match setup.kind {
         LogKind::Rig => fitted,
         LogKind::Drive | LogKind::Kinematic => null_weighed.plain.clone(),
@@ -324,6 +329,7 @@ fn weigh_by(
         beside,
         behind,
         log_unknown,
+        log_unknown_alone,
         not_asked,
         measured: None,
         heed: vec![],

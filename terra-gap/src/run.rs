@@ -115,10 +115,11 @@ pub fn diagnose_rigs_against(
     rig_logs(&logs, Some((sim, same_soil)), rover, registry, settings)
 }
 
-/// Diagnoses a drive log against an outside simulator, whose log of the same manoeuvres is fitted first.
+/// Diagnoses a drive log against an outside simulator, whose log of the same manoeuvres is fitted first: by forces where both hold
+/// wheel torques, else by their motion alone.
 ///
 /// # Errors
-/// As [`diagnose_drive`]; logs without torques; a simulator's log that the nominal law cannot be fitted to.
+/// As [`diagnose_drive`]; a simulator's log that the nominal law cannot be fitted to.
 pub fn diagnose_drive_against(
     sim: &DriveLog,
     log: &DriveLog,
@@ -293,8 +294,14 @@ fn drive_logs(
 ) -> Result<Diagnosis, GapError> {
     let tells = |log: &DriveLog| DriveWindows::tell_of_forces(log, rover, settings);
     let forces = logs.iter().any(|(_, log)| tells(log));
+    let torques = |log: &DriveLog| log.wheel_torque.is_some();
+    if let Some((against, _)) = sim
+        && !(torques(against) && logs.iter().any(|(_, log)| torques(log)))
+    {
+        return diagnose_logs(logs, sim, rover, registry, settings);
+    }
     if !forces && sim.is_none() {
-        let mut by_motion = diagnose_logs(logs, rover, registry, settings)?;
+        let mut by_motion = diagnose_logs(logs, None, rover, registry, settings)?;
         if !settings.motion_only {
             by_motion.notice(FORCES_TAKE.to_owned());
         }
@@ -327,7 +334,9 @@ fn drive_logs(
     if windows.iter().any(DriveWindows::has_torques) {
         return by_forces;
     }
-    or_by_motion(by_forces, || diagnose_logs(logs, rover, registry, settings))
+    or_by_motion(by_forces, || {
+        diagnose_logs(logs, None, rover, registry, settings)
+    })
 }
 
 /// What forces tell of a drive without torques, or where they leave it open what its motion tells: on ground that the terrain model does
@@ -383,7 +392,7 @@ fn drive_windows(
     settings: &Settings,
 ) -> Result<Diagnosis, GapError> {
     let torques = logs.iter().any(|(_, log)| log.has_torques());
-    let neither = "no wheel torques: a simulator can be compared only where both logs hold them";
+    let neither = "no wheel torques: windows are compared by forces, which both logs must tell of; whole logs are compared by motion too";
     if let Some((sim, _)) = sim {
         if !sim.has_torques() {
             return Err(GapError::Simulator(neither.to_owned()));

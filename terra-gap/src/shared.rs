@@ -32,10 +32,19 @@ fn joins(kind: LogKind) -> f64 {
     }
 }
 
+/// Prior sd beyond which, or at its bound, an effect of that size is not what the simulator shows, but stands in for what it does: where
+/// wheels pushed aside turn the vehicle against its yaw damping, a mass of half its own did.
+const LIKELY: f64 = 3.0;
 /// Effects at most.
 const MOST: usize = 5;
 /// How many are fitted, best first, before none of a turn joins.
 const TRIED: usize = 3;
+
+/// Whether the error of the form follows what an effect does: by motion alone that of every turn, to both sides alike.
+fn is_followed(effect: &dyn AnyEffect, kind: LogKind) -> bool {
+    kind == LogKind::Kinematic
+        && ["skid-steer-lateral-slip", "track-width-error"].contains(&effect.name())
+}
 
 /// Whether an effect is of the vehicle's mass and measures, or of ground that follows from more than the slip and load which the form's
 /// error is smooth in. Others would only stand in for that error, and no simulator's sensors are wrong.
@@ -61,7 +70,7 @@ pub(crate) fn joined(
     let joins = joins(kind);
     let (mut hypothesis, mut fit) = (null.clone(), fit);
     let mut left = effects.to_vec();
-    left.retain(|e| may_be_shown(&**e));
+    left.retain(|e| may_be_shown(&**e) && !is_followed(&**e, kind));
     while hypothesis.effects().len() < MOST {
         // At the edge of what the soil carries the law has no slopes to screen by.
         let Ok(here) = by_the_law(data, predictor, &hypothesis, &fit, whitener) else {
@@ -87,7 +96,11 @@ pub(crate) fn joined(
             }
             let effort = Effort::Certified;
             let found = fit_near(data, predictor, &with, whitener, &start, None, effort).ok()?;
-            (posterior(&with, &found).log_evidence > says + joins).then_some((with, found))
+            let size = found.x.as_slice().last().map_or(0.0, |x| x.abs());
+            let likely =
+                size < LIKELY && !found.at_bound.iter().skip(with.soil_len()).any(|at| *at);
+            let says_more = posterior(&with, &found).log_evidence > says + joins;
+            (likely && says_more).then_some((with, found))
         };
         let Some((with, found)) = order.into_iter().take(TRIED).find_map(with) else {
             break;

@@ -10,6 +10,7 @@ mod far;
 mod gyro;
 mod light;
 mod measured;
+mod motion_against;
 mod no_torques;
 mod own_noise;
 mod patch;

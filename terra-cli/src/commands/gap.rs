@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use terra_data::{LogKind, Rover, SoilSharing};
-use terra_gap::{Cause, CauseKind, Diagnosis, HoldOut, Settings, to_json};
+use terra_gap::{Baseline, Cause, CauseKind, Diagnosis, HoldOut, Settings, to_json};
 
 use super::gap_case::{Against, Verdict, diagnose_files};
 use super::gap_watch;
@@ -150,9 +150,9 @@ pub(crate) fn summary(d: &Diagnosis) -> String {
     }
     if let Some(b) = &d.baseline {
         out.push_str(&format!(
-            "baseline: the nominal simulator follows the simulator's log with chi2/n {} and a form error of {:.1} % of the load in pull\n",
+            "baseline: the nominal simulator follows the simulator's log with chi2/n {} and a form error of {}\n",
             short(b.chi2_per_dof),
-            100.0 * b.form_error[0]
+            form_error(b)
         ));
         let shows: Vec<String> = b.shows.iter().map(|s| s.effect.clone()).collect();
         if !shows.is_empty() {
@@ -243,6 +243,15 @@ pub(crate) fn summary(d: &Diagnosis) -> String {
 }
 
 /// Answers of the set whose trace others leave too, each pair once.
+/// How much a simulator differs from the nominal law's form: in pull, or by motion alone in how far its vehicle turns.
+fn form_error(b: &Baseline) -> String {
+    let percent = 100.0 * b.form_error.first().copied().unwrap_or(0.0);
+    match b.form_error_of.first() {
+        Some(&"pull") => format!("{percent:.1} % of the load in pull"),
+        of => format!("{percent:.0} % in {}", of.unwrap_or(&"nothing")),
+    }
+}
+
 fn alike(d: &Diagnosis) -> Vec<String> {
     let mut told: Vec<&str> = vec![];
     let mut lines = vec![];

@@ -8,7 +8,8 @@ use terra_data::{
 };
 use terra_gap::{
     Diagnosis, DriveWindows, GapError, Named, Provenance, Settings, by_roomier_windows,
-    diagnose_drives, diagnose_rigs, diagnose_rigs_against, diagnose_windows,
+    diagnose_drives, diagnose_drives_against, diagnose_rigs, diagnose_rigs_against,
+    diagnose_windows,
 };
 use terra_model::Registry;
 
@@ -153,6 +154,11 @@ pub(crate) fn diagnose(
         LogKind::Rig => vec![],
         LogKind::Drive => torques(&case.logs, &rover)?,
     };
+    // A simulator is compared by forces where both tell of them, else by motion.
+    let by_motion = match &sim {
+        Some(sim) => torques.is_empty() || !holds_torques(sim, &rover)?,
+        None => torques.is_empty(),
+    };
     if settings.motion_only && (kind == LogKind::Rig || !torques.is_empty()) {
         return Err(CliError::usage(
             "motion_only: the log tells of forces by a wheel on its own or by torques",
@@ -189,23 +195,30 @@ pub(crate) fn diagnose(
             (prior, d, Some(curves))
         }
         LogKind::Drive => {
-            let (prior, d) = match (torques, &sim) {
+            let (prior, d) = match by_motion {
                 // Without torques no soil is sought: a log may tell of motion alone.
-                (with, None) if with.is_empty() => {
+                true => {
                     let logs = whole(&case.logs, &rover)?;
                     for (name, log) in names.iter().zip(&logs) {
                         let found = inspect_drive(log, Some(&rover)).suspicions;
                         odd.push((name, found));
                     }
                     let named = named(&names, &logs);
-                    let d = diagnose_drives(&named, &rover, registry, &settings);
+                    let d = match &sim {
+                        Some(sim) => {
+                            let sim = sim.drive(&rover)?;
+                            let same = same_soil;
+                            diagnose_drives_against(&sim, &named, &rover, registry, &settings, same)
+                        }
+                        None => diagnose_drives(&named, &rover, registry, &settings),
+                    };
                     (Prior::Given, d)
                 }
-                (with, sim) => {
+                false => {
                     let prior = if rover.terrain.start.is_some() {
                         Prior::Given
                     } else {
-                        let logs = beginnings(&with, &rover)?;
+                        let logs = beginnings(&torques, &rover)?;
                         cut = logs.iter().any(|log| log.len() == PRIOR_ROWS);
                         let each: Vec<Log<'_>> = logs.iter().map(Log::Drive).collect();
                         complete(&mut rover, &each, registry, &terrains).map_err(in_files)?
@@ -315,12 +328,16 @@ fn torques<'c, 'a>(
 ) -> Result<Vec<&'c CaseLog<'a>>, CliError> {
     let mut with = vec![];
     for log in logs {
-        let first = log.file.drive_blocks(rover)?.next_block(1)?;
-        if first.is_some_and(|block| block.log.wheel_torque.is_some()) {
+        if holds_torques(&log.file, rover)? {
             with.push(log);
         }
     }
     Ok(with)
+}
+
+fn holds_torques(log: &LogFile<'_>, rover: &Rover) -> Result<bool, CliError> {
+    let first = log.drive_blocks(rover)?.next_block(1)?;
+    Ok(first.is_some_and(|block| block.log.wheel_torque.is_some()))
 }
 
 fn whole(logs: &[CaseLog<'_>], rover: &Rover) -> Result<Vec<DriveLog>, CliError> {

@@ -455,12 +455,6 @@ pub fn gap(
             "it says that the simulator's log and the others are of the same ground",
         ));
     }
-    if options.motion_only && options.sim.is_some() {
-        return Err(CliError::usage(
-            "motion_only with sim",
-            "another simulator's log is compared by forces",
-        ));
-    }
     let mut inputs: Vec<Option<&Path>> = logs.iter().map(Source::path).collect();
     inputs.push(rover.path());
     inputs.push(options.sim.as_ref().and_then(Source::path));

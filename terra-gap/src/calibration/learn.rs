@@ -354,6 +354,7 @@ mod tests {
                     free: false,
                     behind: None,
                     misfits: false,
+                    without_pairs: None,
                 },
                 single(-1.0, 0.0),
                 single(-3.0, 0.0),
@@ -447,6 +448,7 @@ mod tests {
                 free: false,
                 behind: None,
                 misfits: false,
+                without_pairs: None,
             };
             let none = single(-2.0, 0.0);
             vec![

@@ -30,6 +30,13 @@ const WIDENING: Param = Param {
     prior_sd: 1.0,
     doc: "effective over geometric track, less one: χ - 1",
 };
+/// The same beside a simulator that skids itself, and may do so more than the real vehicle.
+const CHANGE: Param = Param {
+    min: -0.9,
+    prior_sd: 0.5,
+    doc: "effective track over the simulator's, less one",
+    ..WIDENING
+};
 
 /// A skid-steered vehicle's treads turn about centres farther apart than its wheels.
 ///
@@ -53,13 +60,21 @@ pub struct SkidSteerCentres;
 #[derive(Clone, Copy, Debug, Default)]
 pub struct SkidSteerDrag;
 
+/// [`SkidSteerCentres`] farther apart, or nearer to each other, than a simulator's.
+#[derive(Clone, Copy, Debug, Default)]
+struct MovedCentres;
+
+/// [`SkidSteerDrag`] beside a simulator's.
+#[derive(Clone, Copy, Debug, Default)]
+struct MovedDrag;
+
 macro_rules! skid {
-    ($effect:ty, $form:expr, $summary:expr) => {
+    ($effect:ty, $form:expr, $param:expr, $summary:expr) => {
         impl Effect for $effect {
             const NAME: &'static str = SKID;
             const FORM: &'static str = $form;
             const SUMMARY: &'static str = $summary;
-            const PARAMS: &'static [Param] = &[WIDENING];
+            const PARAMS: &'static [Param] = &[$param];
             const REFERENCE: &'static str = "A. Mandow et al., IROS 2007; prior chosen";
             const TOUCHES: &'static [Touch] = &[Touch::Vehicle];
             const SCOPE: Scope = Scope::Drive;
@@ -79,19 +94,33 @@ macro_rules! skid {
 skid!(
     SkidSteerCentres,
     "centres",
+    WIDENING,
     "the treads turn about centres farther apart than the wheels"
 );
 skid!(
     SkidSteerDrag,
     DRAG,
+    WIDENING,
     "the treads turn about centres farther apart than the wheels, and sliding sideways takes up drive"
+);
+skid!(
+    MovedCentres,
+    "centres",
+    CHANGE,
+    "the treads turn about centres farther apart than the simulator's"
+);
+skid!(
+    MovedDrag,
+    DRAG,
+    CHANGE,
+    "the treads turn about centres farther apart than the simulator's, and sliding sideways takes up drive"
 );
 
 /// Effects that act on the contact and have a reading there.
 const READ_AT_CONTACT: [&str; 2] = ["wheel-radius-error", "lateral-contrast"];
 
-/// The effects that can be asked of a log without torques, and the others with the reason.
-pub(crate) fn readable(registry: &Registry) -> (Registry, Vec<(String, String)>) {
+/// The effects that can be asked of a log without torques, alone or `beside` a simulator's, and the others with the reason.
+pub(crate) fn readable(registry: &Registry, beside: bool) -> (Registry, Vec<(String, String)>) {
     let reads = |effect: &Arc<dyn AnyEffect>| {
         READ_AT_CONTACT.contains(&effect.name())
             || (effect.name() != SKID
@@ -114,8 +143,13 @@ pub(crate) fn readable(registry: &Registry) -> (Registry, Vec<(String, String)>)
             silent.push((effect.name().to_owned(), reason.to_owned()));
         }
     }
-    let known = known
-        .with_effect::<SkidSteerCentres>()
-        .with_effect::<SkidSteerDrag>();
+    let known = match beside {
+        true => known
+            .with_effect::<MovedCentres>()
+            .with_effect::<MovedDrag>(),
+        false => known
+            .with_effect::<SkidSteerCentres>()
+            .with_effect::<SkidSteerDrag>(),
+    };
     (known, silent)
 }

@@ -2,9 +2,10 @@
 
 use std::sync::Arc;
 
-use terra_model::{Channel, Contact, Law, Scalar, Soil, Vehicle};
+use terra_model::{Channel, Contact, Effect, Law, Scalar, Soil, Vehicle};
 
 use super::effects::{DRAG, SKID};
+use super::form::{MotionError, factors};
 use crate::dataset::DataSet;
 use crate::drive::{GRAVITY, lift};
 use crate::error::GapError;
@@ -102,6 +103,12 @@ impl KinematicPredictor {
         })
     }
 
+    /// Rim speeds of a window, left and right.
+    fn sides_of(&self, window: &Window) -> [f64; 2] {
+        let rim = |q: usize| window.raw[WHEEL + q] * self.vehicle.wheel_radius;
+        [0.5 * (rim(0) + rim(2)), 0.5 * (rim(1) + rim(3))]
+    }
+
     /// v, r, v_y, of the vehicle itself.
     fn motion<T: Scalar>(
         &self,
@@ -113,18 +120,23 @@ impl KinematicPredictor {
     ) -> [T; VALUES] {
         let mut vehicle: Vehicle<T> = lift(&self.vehicle, T::from);
         let mut drag = T::zero();
+        let (mut of_speed, mut of_yaw) = (T::one(), T::one());
         for (effect, e) in law.parts(p).1 {
             vehicle = T::of_effect(&**effect).vehicle_at(e, vehicle);
+            if effect.name() == MotionError::NAME {
+                (of_speed, of_yaw) = factors(e, self.sides_of(window));
+            }
             if effect.name() == SKID && effect.form() == DRAG {
                 drag = e.first().copied().unwrap_or_else(T::zero) * RESISTANCE;
             }
         }
         let Sides { left, right } = self.sides(law, p, &vehicle, window, slips, wheel);
         let (mean, difference) = ((left + right) * 0.5, right - left);
-        let yaw = difference / vehicle.track;
+        let yaw = difference / vehicle.track * of_yaw;
         let ahead = vehicle.wheelbase * 0.5 - vehicle.cg_to_front_axle;
         let along = (mean * (1.0 / REVERSAL)).tanh();
-        [mean - drag * difference.abs() * along, yaw, ahead * yaw]
+        let speed = (mean - drag * difference.abs() * along) * of_speed;
+        [speed, yaw, ahead * yaw]
     }
 }
 

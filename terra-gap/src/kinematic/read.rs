@@ -11,17 +11,24 @@ use crate::drive::{Held, Line, SPEED_GATE, cells, declared, line, wider};
 use crate::error::GapError;
 use crate::logs::Logs;
 use terra_data::{DriveLog, Rover, Series};
+use terra_model::Vehicle;
 
 /// How the reason of a standing window begins.
 pub(crate) const STANDSTILL: &str = "standstill";
 
-/// Turns drive logs into windows and their predictor.
+/// Standard deviations of its noise by which a window's motion must change otherwise than its wheels do to be on its way to where they
+/// drive it.
+const ON_ITS_WAY: f64 = 3.0;
+
+/// Turns drive logs into windows and their predictor; where they are compared with another's, those of steady motion only: a simulator
+/// and a real vehicle get under way differently, and no error of an ideal drive is smooth there.
 ///
 /// # Errors
 /// A rover file without vehicle, or without the noise of a used channel.
 pub(crate) fn from_logs(
     logs: &Logs<'_, DriveLog>,
     rover: &Rover,
+    compared: bool,
 ) -> Result<(DataSet, KinematicPredictor), GapError> {
     let vehicle = rover.nominal_vehicle().ok_or_else(|| {
         GapError::Mismatch("a drive log needs [vehicle] in the rover file".to_owned())
@@ -60,6 +67,7 @@ pub(crate) fn from_logs(
         }
         for segment in &log.segments {
             let mut start = segment.rows.start;
+            let mut first = compared;
             while start < segment.rows.end {
                 let t0 = log.time[start];
                 let mut end = start;
@@ -90,12 +98,23 @@ pub(crate) fn from_logs(
                     drop("standstill: all wheels below 0.12 m/s");
                     continue;
                 }
+                if std::mem::take(&mut first) {
+                    drop("the beginning of a manoeuvre");
+                    continue;
+                }
                 let mut measured = vec![];
+                let mut on_its_way = false;
                 for (k, series, channel_sd) in &sources {
                     if let Some(l) = line(&log.time, series, rows.clone(), *channel_sd) {
                         (raw[*k], sd[*k]) = (l.mean, l.mean_sd);
                         measured.push(*k);
+                        let by_wheels = by_wheels(*k, &wheels, &vehicle);
+                        on_its_way |= by_wheels.is_some_and(|w| l.leaves(&w, 0.5 * length));
                     }
+                }
+                if compared && on_its_way {
+                    drop("motion that changes otherwise than its wheels turn");
+                    continue;
                 }
                 if measured.is_empty() {
                     drop("window without ground speed and yaw rate");
@@ -181,6 +200,39 @@ pub(crate) fn from_logs(
             soils,
         },
     ))
+}
+
+/// What an ideal drive's wheels ask of a value: the mean and its change \[1/s\] with the noise of that.
+fn by_wheels(value: usize, wheels: &[Line], vehicle: &Vehicle<f64>) -> Option<[f64; 3]> {
+    let arm = match value {
+        SPEED => [0.25; 2],
+        YAW_RATE => [-0.5, 0.5].map(|side| side / vehicle.track),
+        _ => return None,
+    };
+    let share = |q: usize| arm[q % 2] * vehicle.wheel_radius;
+    let sum = |of: fn(&Line) -> f64| {
+        let each = wheels.iter().enumerate();
+        each.map(|(q, w)| share(q) * of(w)).sum::<f64>()
+    };
+    let each = wheels.iter().enumerate();
+    let variance = each.map(|(q, w)| (share(q) * w.slope_sd).powi(2));
+    Some([
+        sum(|w| w.mean),
+        sum(|w| w.slope),
+        variance.sum::<f64>().sqrt(),
+    ])
+}
+
+impl Line {
+    /// Whether the motion changes otherwise than the wheels ask for, by more than noise and by more than matters within so much time.
+    fn leaves(&self, [mean, slope, slope_sd]: &[f64; 3], time: f64) -> bool {
+        // As much of it as the motion has of what they ask for.
+        let share = (self.mean / mean).clamp(-2.0, 2.0);
+        let share = if share.is_finite() { share } else { 1.0 };
+        let change = (self.slope - share * slope).abs();
+        change > ON_ITS_WAY * self.slope_sd.hypot(share * slope_sd)
+            && change * time > ON_ITS_WAY * self.mean_sd
+    }
 }
 
 /// How sharply the wheels of these sides' rim speeds turn: 0 straight on, 1 and -1 on the spot.
