@@ -178,7 +178,7 @@ macro_rules! parts {
 impl Form {
     /// That for a kind of log and its channels.
     pub(crate) fn of(data: &DataSet, kind: LogKind) -> Self {
-        fn with(effect: impl Effect + Default, parts: &'static [Part]) -> Form {
+        fn with(effect: impl Effect, parts: &'static [Part]) -> Form {
             Form {
                 effect: Arc::new(effect),
                 parts,

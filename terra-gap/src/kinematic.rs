@@ -1,15 +1,15 @@
 //! Drive logs without torques: a kinematic diagnosis.
 //!
-//! Wheel speeds in, motion out. The nominal simulator is an ideal differential drive on ground with one longitudinal slip
-//! and one compliance, which are re-fitted as a soil's parameters are where forces are logged. What the wheels push with is not
+//! Wheel speeds in, motion out. The nominal simulator is an ideal differential drive on ground with one longitudinal slip, one
+//! compliance that may grow with the push, and one lag of the body, which are re-fitted as a soil's parameters are where forces are logged. What the wheels push with is not
 //! asked, so an effect takes part only if it has a kinematic reading ([`effects`]).
 //!
 //! # Equation
-//! u_q = R ω_q (1 - i_q/κ_q), i_q = i_0 + c_t sign(ω_q)(a/g + sin θ), V_s = mean of a side's u_q;
-//! v = (V_r + V_l)/2 - drag, r = (V_r - V_l)/(χ t_w), v_y = x_cg r,
+//! u_q = R ω_q (1 - i_q/κ_q), i_q = i_0 + c_t sign(ω_q) p (1 + b |p|), p = a/g + sin θ, V_s = mean of a side's u_q;
+//! v = (V_r + V_l)/2 - drag - τ a, r = (V_r - V_l)/(χ t_w), v_y = x_cg r,
 //! with i_q the slip, i_0 at constant speed on level ground and more while a wheel pushes the vehicle the way it turns, to speed it up by
 //! a = R ω' or to hold it on a slope θ that the log tells of, κ_q the
-//! stiffness of the ground under the wheel relative to nominal, χ the effective track over the geometric one, and x_cg the
+//! stiffness of the ground under the wheel relative to nominal, τ how far the body lags behind its wheels, χ the effective track over the geometric one, and x_cg the
 //! centre of mass ahead of the middle of the axles.
 //!
 //! # Reference
@@ -29,7 +29,7 @@ use std::sync::Arc;
 
 use terra_data::{DriveLog, Rover};
 use terra_mme::{Centre, FitSpace, Priors};
-use terra_model::{Law, Registry};
+use terra_model::{Law, Param, Registry, TerrainModel};
 
 use crate::candidates::Candidates;
 use crate::contrast::against;
@@ -56,7 +56,7 @@ const AS_SHARP: f64 = 0.05;
 
 /// What to heed.
 const BY_MOTION: &str = "no torques: a diagnosis by motion alone, in which [terrain] is not used and the ground is one re-fitted slip";
-
+const TURNS: &str = "an ideal drive slips alike on both sides, and on no soil does a vehicle turn by as much as its wheels ask for: what is named of turns may be the soil's own, which a simulator with wheel forces has too (--sim compares with its log)";
 const AGAINST: &str = "a log holds no torques: the two are compared by their motion alone, in which [terrain] is not used and the ground is one re-fitted slip";
 
 /// Diagnoses a drive log by its motion alone.
@@ -130,14 +130,15 @@ pub(crate) fn diagnose_logs(
         Some(reason) => Diagnosis::unidentifiable(data, &setup, Candidates::default(), reason),
         None => diagnose(data, &predictor, &setup, &settings)?,
     };
-    found.notice(
-        if baseline.is_some() {
-            AGAINST
-        } else {
-            BY_MOTION
-        }
-        .to_owned(),
-    );
+    let (how, alone) = match baseline {
+        Some(_) => (AGAINST, false),
+        None => (BY_MOTION, true),
+    };
+    found.notice(how.to_owned());
+    let skids = |answer: &String| answer.split('+').any(|name| name == effects::SKID);
+    if alone && found.set.iter().any(skids) {
+        found.notice(TURNS.to_owned());
+    }
     found.baseline = baseline;
     found.not_asked.extend(silent);
     found.logs = logs.joined();
@@ -158,8 +159,8 @@ pub(crate) fn ideal_drive() -> Result<Law, GapError> {
 /// # Errors
 /// A wheel without width.
 pub(crate) fn free_ground(law: &Law, rover: &Rover) -> Result<FitSpace, GapError> {
-    let start =
-        BTreeMap::from([ground::SLIP, ground::COMPLIANCE].map(|p| (p.name.to_owned(), 0.0)));
+    let zero = |p: &Param| (p.name.to_owned(), 0.0);
+    let start: BTreeMap<String, f64> = UniformSlip::PARAMS.iter().map(zero).collect();
     let (centre, widths) = (Centre::Values(&start), [rover.wheel.width]);
     let space = FitSpace::new(law, centre, &widths, &Priors::default());
     space.map_err(|e| GapError::Soil(e.to_string()))

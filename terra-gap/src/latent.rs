@@ -279,7 +279,7 @@ mod tests {
     use std::sync::Arc;
 
     use terra_mme::{Centre, FitSpace, Priors};
-    use terra_model::{Law, Scalar};
+    use terra_model::{Law, Param, Scalar, TerrainModel};
 
     use super::*;
     use crate::dataset::{ChannelInfo, Factors, Observation};
@@ -374,8 +374,8 @@ mod tests {
         assert!(xy / xx < 0.92 * deming, "{} {deming}", xy / xx);
 
         let law = Law::new(Arc::new(UniformSlip), vec![]).unwrap();
-        let start =
-            BTreeMap::from(["slip", "slip_per_acceleration"].map(|name| (name.to_owned(), 0.0)));
+        let zero = |p: &Param| (p.name.to_owned(), 0.0);
+        let start: BTreeMap<String, f64> = UniformSlip::PARAMS.iter().map(zero).collect();
         let space = FitSpace::new(&law, Centre::Values(&start), &[0.1], &Priors::default());
         let soil = Arc::new(SoilSpace::new(space.unwrap(), &[]));
         let hypothesis = Hypothesis::null(law, soil);

@@ -76,6 +76,47 @@ fn a_slipping_differential_drive_lacks_nothing() {
     assert!((h.soil.physical(fit.x.as_slice())[0] - 0.05).abs() < 0.02);
 }
 
+/// A body that lags behind its wheels by 40 ms and slips more than in proportion to its push, as on any ground that gives way: no gap, and
+/// no late sensor. A sensor that is late by .4 s is one.
+#[test]
+fn a_body_that_lags_behind_its_wheels_is_no_late_sensor() {
+    let late = |lag: f64| {
+        let mut log = drive(&manoeuvres(), |_, _| [0.0; 3]);
+        // Straight and turning, faster and slower all the time.
+        let speed = |t: f64| 0.8 + 0.3 * (0.9 * t).sin();
+        let rate = |t: f64| 0.27 * (0.9 * t).cos();
+        let turn = |t: f64| if t % 12.0 < 6.0 { 0.0 } else { 0.15 };
+        let noise = |k: usize, by: f64| 0.004 * ((k * 7) as f64 * by).sin();
+        let (mut v, mut r): (Series, Series) = (Series::default(), Series::default());
+        log.wheel_speed = std::array::from_fn(|q| {
+            let side = if q % 2 == 0 { -1.0 } else { 1.0 };
+            let wheel = |&t: &f64| Some((speed(t) + side * turn(t)) / 0.165);
+            log.time.iter().map(wheel).collect()
+        });
+        for (k, &t) in log.time.iter().enumerate() {
+            let push = rate(t) / 9.81;
+            let slip = 0.03 + 0.5 * push * (1.0 + 2.0 * push.abs());
+            v.push(Some(
+                speed(t) * (1.0 - slip) - lag * rate(t) + noise(k, 1.618),
+            ));
+            r.push(Some(2.0 * turn(t) * (1.0 - slip) / 0.55 + noise(k, 0.577)));
+        }
+        (log.ground_speed, log.yaw_rate) = (Some(v), Some(r));
+        log.lateral_speed = None;
+        ask(&log)
+    };
+    let d = late(0.04);
+    assert!(
+        d.set.iter().any(|a| a == "none"),
+        "{} {:?}",
+        d.verdict,
+        d.set
+    );
+    let d = late(0.4);
+    assert_eq!(d.causes[0].name, "ground-speed-delay", "{:?}", d.set);
+    assert!(d.set.iter().all(|a| a != "none"), "{:?}", d.set);
+}
+
 /// Ground that gives way by other shares from window to window: a scatter between windows of the same wheel speeds is no gap, although
 /// the slip that a window shows tells its own speed.
 #[test]

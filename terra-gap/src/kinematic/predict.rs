@@ -91,16 +91,21 @@ impl KinematicPredictor {
         Sides { left, right }
     }
 
+    /// The ground's parameters.
+    fn ground<T: Scalar>(&self, law: &Law, p: &[T]) -> [T; 4] {
+        let (ground, _) = law.parts(p);
+        std::array::from_fn(|k| ground.get(k).copied().unwrap_or_else(T::zero))
+    }
+
     /// Slip of every wheel under nominal ground: more where it pushes the vehicle the way it turns, less where it holds it back.
     fn slips<T: Scalar>(&self, law: &Law, p: &[T], window: &Window, raw: &[T]) -> [T; 4] {
-        let (ground, _) = law.parts(p);
-        let of = |k: usize| ground.get(k).copied().unwrap_or_else(T::zero);
+        let [slip, compliance, bend, _] = self.ground(law, p);
         let rates = &raw[WHEEL_RATE..RAW];
         let sum = rates.iter().fold(T::zero(), |sum, rate| sum + *rate);
         let pushed = sum * (0.25 * self.vehicle.wheel_radius / GRAVITY) + window.pitch.sin();
-        std::array::from_fn(|q| {
-            of(0) + of(1) * raw[WHEEL + q].select_lt(T::zero(), -pushed, pushed)
-        })
+        let hard = pushed.select_lt(T::zero(), -pushed, pushed);
+        let more = compliance * pushed * (bend * hard + 1.0);
+        std::array::from_fn(|q| slip + raw[WHEEL + q].select_lt(T::zero(), -more, more))
     }
 
     /// Rim speeds of a window, left and right.
@@ -157,6 +162,7 @@ impl Predict for KinematicPredictor {
         let slips = &self.slips(law, p, window, raw);
         let [speed, yaw, lateral] = self.motion(law, p, window, slips, &raw[WHEEL..WHEEL_RATE]);
         let [rate, ..] = self.motion(law, p, window, slips, &raw[WHEEL_RATE..RAW]);
+        let speed = speed - self.ground(law, p)[3] * rate;
         let predicted = [
             sensor::report(law, p, Channel::GroundSpeed, speed, rate),
             sensor::report(law, p, Channel::YawRate, yaw, T::zero()),

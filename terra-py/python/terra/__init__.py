@@ -575,7 +575,8 @@ def gap(
         calibrate: mock cases of this log's own design to calibrate with.
         seed: of the mock cases.
         soil: ``shared`` by all logs, or each log's ``own``; sizes of effects are shared either way.
-        sim: an outside simulator's log of the same manoeuvres or trials: causes are then of the difference to it.
+        sim: an outside simulator's log of the same manoeuvres or trials: causes are then of the difference to it,
+            by motion alone where one of two drives holds no torques.
         same_bed: that log and the others are of the same ground.
         motion_only: a drive without torques is diagnosed by its motion alone, even where its accelerations tell of
             forces: on ground that no terrain model describes.
