@@ -27,7 +27,7 @@ use crate::form_error::{Form, is_form_error};
 use crate::hypothesis::Hypothesis;
 use crate::kinematic;
 use crate::noise::Inherited;
-use crate::null::{drop_unanswered, refit_to_the_end};
+use crate::null::{drop_unanswered, has_ended, refit_to_the_end};
 use crate::predictor::Predictor;
 use crate::settings::{LogKind, Settings};
 use crate::setup::{OTHER_SOIL, Rival, Setup};
@@ -44,10 +44,6 @@ const OTHER_FORM: f64 = 0.5;
 const SAME_MOTION: f64 = 0.05;
 /// Spreads by which a coefficient is clearly another.
 const MOVED: f64 = 1.0;
-/// Promise, in units of the misfit per value and free number, below which a fit to the simulator's log has ended: one such unit is
-/// the square of a number's own sd, so that they are a third of their sd from their best in the mean at most. At a kink of the law, where a far
-/// fit often ends, no step keeps what the slopes promise.
-const ENDED: f64 = 0.1;
 /// Misfit per value up to which a simulator's log is followed as well as noise lets tell.
 const FOLLOWED: f64 = 1.05;
 /// Share of the prior spread that the same soil may differ by between the two logs.
@@ -157,11 +153,7 @@ pub(crate) fn against<'a>(
     let candidates = gate(registry, &law, &data, rover, kind, &every, None)?;
     let followed = |mut data: DataSet, by: &dyn Predictor| -> Result<Followed, GapError> {
         let found = refit_to_the_end(&mut data, by, &setup, &null)?;
-        let ended = |fit: &Fit| {
-            let misfit = (fit.chi2() / data.len() as f64).max(1.0);
-            fit.converged || fit.promise() < ENDED * misfit * fit.x.len() as f64
-        };
-        let found = found.filter(|f| ended(&f.fitted)).ok_or_else(|| {
+        let found = found.filter(|f| has_ended(&f.fitted)).ok_or_else(|| {
             let why = "the fit of the nominal simulator to it did not converge";
             GapError::Simulator(why.to_owned())
         })?;

@@ -11,6 +11,7 @@ use crate::dataset::DataSet;
 use crate::decide::decide;
 use crate::error::GapError;
 use crate::fit::{Fit, residual_at_end};
+use crate::form_error::is_form_error;
 use crate::holdout::{HeldOut, HoldOut, hold_out, noise_floor};
 use crate::hypothesis::Hypothesis;
 use crate::locate::{Place, places};
@@ -268,7 +269,8 @@ pub(crate) fn diagnose(
             "what is named closes {share} where it was not fitted: what is missing may be something else"
         ));
     }
-    if doubt.is_none()
+    let doubted = doubt.is_some() || ranking.set.iter().any(|answer| answer == "unknown");
+    if !doubted
         && let Some((h, f)) = &decision.accepted
         && let Some((name, size)) = unlikely(h, f)
     {
@@ -491,7 +493,8 @@ fn undetermined(null: &Hypothesis, fit: &Fit) -> Vec<String> {
         let covariance = c.inverse();
         let names = null.soil.names();
         let weak: Vec<String> = (0..null.soil_len())
-            .filter(|&k| covariance[(k, k)].sqrt() > 0.8)
+            // How another simulator's form is off is no ground.
+            .filter(|&k| covariance[(k, k)].sqrt() > 0.8 && !is_form_error(&names[k]))
             .map(|k| names[k].clone())
             .collect();
         if !weak.is_empty() {

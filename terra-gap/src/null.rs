@@ -77,6 +77,17 @@ pub(crate) fn refit(
     Ok(Some(found))
 }
 
+/// Promise, in units of the misfit per value and free number, below which a fit has ended: one such unit is the square of a number's own
+/// sd, so that they are a third of their sd from their best in the mean at most. At a kink of the law, where a far fit often ends,
+/// no step keeps what the slopes promise.
+const ENDED: f64 = 0.1;
+
+/// Whether a fit is certified, or its slopes promise too little to go on.
+pub(crate) fn has_ended(fit: &Fit) -> bool {
+    let misfit = (fit.chi2() / fit.residual.len() as f64).max(1.0);
+    fit.converged || fit.promise() < ENDED * misfit * fit.x.len() as f64
+}
+
 /// The same, gone on with until no step leads down any more: a diagnosis goes on from an end that is not certified, but where there
 /// are no rivals it is all there is.
 ///

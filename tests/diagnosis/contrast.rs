@@ -7,7 +7,7 @@ use terra::gap::{
 };
 use terra::model::Registry;
 use terra::sim::integrate::DormandPrince;
-use terra::sim::{Integrator, Scenario, simulate_drive_with, simulate_rig};
+use terra::sim::{Command, Integrator, Profile, Scenario, simulate_drive_with, simulate_rig};
 
 use crate::rig;
 use crate::vehicle::{effect as set, example};
@@ -307,5 +307,33 @@ fn three_wheel_laws_hide_no_effect() {
                 "{told}"
             );
         }
+    }
+}
+
+/// A simulator whose vehicle is held back in turns by sixty times what the rover file knows: what its log shows is of sizes that vehicles
+/// have. (Without a limit it was a track of half its width, and skidding at its bound.)
+#[test]
+fn a_simulator_shows_nothing_of_a_size_that_no_vehicle_has() {
+    let (rover, registry, mut scenario) = example();
+    let mut held = rover.clone();
+    held.vehicle.as_mut().unwrap().yaw_damping *= 60.0;
+    for (left, right) in [(2.4, 6.0), (6.4, 2.8), (3.5, 4.5)] {
+        let mut turn = scenario.segments[1].clone();
+        turn.name = format!("turn {left}");
+        let sides = [left, right, left, right];
+        turn.command = Command::WheelSpeed(sides.map(Profile::constant));
+        scenario.segments.push(turn);
+    }
+    scenario.effects.clear();
+    let run = simulate_drive_with(&scenario, &held, &registry, Integrator::default());
+    let sim = run.unwrap().log;
+    let settings = Settings::of(&rover);
+    let d = diagnose_drive_against(&sim, &sim, &rover, &registry, &settings, false).unwrap();
+    let shows = &d.baseline.as_ref().unwrap().shows;
+    assert!(!shows.is_empty());
+    for shown in shows {
+        let param = registry.effect(&shown.effect).unwrap().params()[0];
+        let size = shown.magnitude.abs() / param.prior_sd;
+        assert!(size < 3.0 && shown.magnitude < param.max, "{shown:?}");
     }
 }

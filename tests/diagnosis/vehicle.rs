@@ -378,3 +378,23 @@ fn rough_ground_that_is_not_stated_raises_no_alarm() {
         assert!(!alarm && d.set[0] == "none", "{seed}: {:?}", d.set);
     }
 }
+
+/// A cause of five times its usual size is told with its size, and beside it that something unknown may be what it stands for; one of twice
+/// that size stands alone.
+#[test]
+fn a_cause_larger_than_causes_are_stands_beside_unknown() {
+    let (rover, registry, mut scenario) = example();
+    let mut with = |magnitude: f64| {
+        scenario.effects = vec![effect(("torque-scale", magnitude))];
+        let log = simulate_drive(&scenario, &rover, &registry).unwrap().log;
+        diagnose_drive(&log, &rover, &registry, &Settings::of(&rover)).unwrap()
+    };
+    let usual = registry.effect("torque-scale").unwrap().params()[0].prior_sd;
+    let d = with(2.0 * usual);
+    assert_eq!((d.verdict, d.set.len()), ("named", 1), "{:?}", d.set);
+    let d = with(5.0 * usual);
+    assert_eq!(d.causes[0].name, "torque-scale", "{:?}", d.set);
+    assert!(d.set.iter().any(|a| a == "unknown"), "{:?}", d.set);
+    assert!(d.reason.unwrap().contains("times its usual size"));
+    assert!(d.probability_unknown > 0.2 && d.causes[0].probability > d.probability_unknown);
+}

@@ -246,9 +246,10 @@ pub(crate) fn summary(d: &Diagnosis) -> String {
 /// How much a simulator differs from the nominal law's form: in pull, or by motion alone in how far its vehicle turns.
 fn form_error(b: &Baseline) -> String {
     let percent = 100.0 * b.form_error.first().copied().unwrap_or(0.0);
-    match b.form_error_of.first() {
-        Some(&"pull") => format!("{percent:.1} % of the load in pull"),
-        of => format!("{percent:.0} % in {}", of.unwrap_or(&"nothing")),
+    if b.form_error_of.first() == Some(&"pull") {
+        format!("{percent:.1} % of the load in pull")
+    } else {
+        format!("{percent:.0} % of an ideal drive's yaw rate")
     }
 }
 

@@ -19,7 +19,7 @@ use crate::drive::{
 use crate::error::GapError;
 use crate::hypothesis::Hypothesis;
 use crate::mock::roughness_of;
-use crate::null::{Refit, drop_unanswered, refit_to_the_end};
+use crate::null::{Refit, drop_unanswered, has_ended, refit_to_the_end};
 use crate::parallel::for_each;
 use crate::run::setup;
 use crate::settings::{LogKind, Settings};
@@ -152,10 +152,9 @@ pub(crate) fn learn(
         )));
     }
     let found = refit_to_the_end(&mut data, &predictor, &setup, &null)?;
-    let Some(found) = found.filter(|f| f.fitted.converged) else {
-        return Ok(Err(
-            "the soil's fit to the baseline did not converge".to_owned()
-        ));
+    let Some(found) = found.filter(|f| has_ended(&f.fitted)) else {
+        let why = "the soil's fit to the baseline did not converge: the nominal simulator does not follow it (terra gap on the baseline says what is missing there), or its windows say too little of the soil";
+        return Ok(Err(why.to_owned()));
     };
     let Refit {
         fitted: fit,

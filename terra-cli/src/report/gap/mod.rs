@@ -57,10 +57,16 @@ fn effect(d: &Diagnosis, name: &str) -> Option<Arc<dyn AnyEffect>> {
         .or_else(|| Registry::builtin().effect(name).ok())
 }
 
+/// Other terrain parameters than a baseline's, as a cause.
+const SOIL_CHANGE: &str = "soil-change";
+
 /// What a cause is, in words.
 fn summary(d: &Diagnosis, cause: &Cause) -> String {
     let effects = cause.weighed.hypothesis.effects();
     match cause.kind {
+        CauseKind::Structure if cause.name == SOIL_CHANGE => {
+            "another soil than the simulator's".to_owned()
+        }
         CauseKind::Structure => format!(
             "the terrain model {} in place of {}",
             cause.weighed.hypothesis.law.model().name(),

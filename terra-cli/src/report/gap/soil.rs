@@ -143,7 +143,7 @@ fn another_form(h: &Hypothesis, x: &[f64]) -> Option<String> {
     let of_the_form = || names.iter().zip(x).filter(|(name, _)| is_form_error(name));
     let (name, by) = of_the_form().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
     Some(format!(
-        "On this soil the wheel law's form may be off by another error than on the simulator's: of its {} coefficients {name} moved most, by {} prior standard deviations (all are in the JSON verdict).",
+        "Here the form may be off by another error than on the simulator's log: of its {} coefficients {name} moved most, by {} prior standard deviations (all are in the JSON verdict).",
         of_the_form().count(),
         number(by.abs(), 2)
     ))
