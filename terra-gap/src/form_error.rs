@@ -17,7 +17,7 @@ use std::sync::Arc;
 use terra_model::{AnyEffect, Contact, Effect, Param, Real, Scale, Soil, Touch, WheelForces};
 
 use crate::dataset::DataSet;
-use crate::kinematic::{MotionError, OF_YAW};
+use crate::kinematic::MotionError;
 use crate::settings::LogKind;
 
 /// Length of the error in w, and distance of the anchors.
@@ -35,6 +35,12 @@ trait Anchors: Default + Send + Sync + 'static {
     const AT: &'static [f64];
     /// Of each channel the coefficients at every anchor, then what a load e times as large adds there.
     const PARAMS: &'static [Param];
+    /// Of each channel the coefficients at a mean pressure of 5 kPa.
+    const PARTS: &'static [Part] = &[
+        ("pull", 0..Self::AT.len()),
+        ("torque", 2 * Self::AT.len()..3 * Self::AT.len()),
+        ("ln sinkage", 4 * Self::AT.len()..5 * Self::AT.len()),
+    ];
 }
 
 const fn coefficient(name: &'static str) -> Param {
@@ -164,38 +170,24 @@ pub(crate) struct Form {
 /// What a form's error is off in: a name, and which coefficients say by how much.
 type Part = (&'static str, Range<usize>);
 
-/// Of each channel the coefficients at a mean pressure of 5 kPa.
-macro_rules! parts {
-    ($anchors:literal) => {
-        &[
-            ("pull", 0..$anchors),
-            ("torque", 2 * $anchors..3 * $anchors),
-            ("ln sinkage", 4 * $anchors..5 * $anchors),
-        ]
-    };
-}
-
 impl Form {
     /// That for a kind of log and its channels.
     pub(crate) fn of(data: &DataSet, kind: LogKind) -> Self {
-        fn with(effect: impl Effect, parts: &'static [Part]) -> Form {
+        fn with<A: Anchors>() -> Form {
             Form {
-                effect: Arc::new(effect),
-                parts,
+                effect: Arc::new(FormError::<A>::default()),
+                parts: A::PARTS,
             }
         }
         let sinkage = || data.channels.iter().any(|c| c.name.starts_with("sinkage"));
         match kind {
-            LogKind::Rig => with(FormError::<Held>::default(), parts!(8)),
-            LogKind::Drive if sinkage() => with(FormError::<Swept>::default(), parts!(12)),
-            LogKind::Drive => with(FormError::<SweptUnseen>::default(), parts!(12)),
-            LogKind::Kinematic => {
-                const PARTS: &[Part] = &[
-                    ("ln yaw rate", 0..OF_YAW),
-                    ("ln ground speed", OF_YAW..MotionError::PARAMS.len()),
-                ];
-                with(MotionError, PARTS)
-            }
+            LogKind::Rig => with::<Held>(),
+            LogKind::Drive if sinkage() => with::<Swept>(),
+            LogKind::Drive => with::<SweptUnseen>(),
+            LogKind::Kinematic => Form {
+                effect: Arc::new(MotionError),
+                parts: MotionError::PARTS,
+            },
         }
     }
 

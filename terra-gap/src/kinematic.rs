@@ -1,16 +1,16 @@
 //! Drive logs without torques: a kinematic diagnosis.
 //!
 //! Wheel speeds in, motion out. The nominal simulator is an ideal differential drive on ground with one longitudinal slip, one
-//! compliance that may grow with the push, and one lag of the body, which are re-fitted as a soil's parameters are where forces are logged. What the wheels push with is not
-//! asked, so an effect takes part only if it has a kinematic reading ([`effects`]).
+//! compliance that may grow with the push, and one lag of the body, which are re-fitted as a soil's parameters are where forces are
+//! logged. What the wheels push with is not asked, so an effect takes part only if it has a kinematic reading ([`effects`]).
 //!
 //! # Equation
 //! u_q = R ω_q (1 - i_q/κ_q), i_q = i_0 + c_t sign(ω_q) p (1 + b |p|), p = a/g + sin θ, V_s = mean of a side's u_q;
 //! v = (V_r + V_l)/2 - drag - τ a, r = (V_r - V_l)/(χ t_w), v_y = x_cg r,
 //! with i_q the slip, i_0 at constant speed on level ground and more while a wheel pushes the vehicle the way it turns, to speed it up by
 //! a = R ω' or to hold it on a slope θ that the log tells of, κ_q the
-//! stiffness of the ground under the wheel relative to nominal, τ how far the body lags behind its wheels, χ the effective track over the geometric one, and x_cg the
-//! centre of mass ahead of the middle of the axles.
+//! stiffness of the ground under the wheel relative to nominal, τ how far the body lags behind its wheels, χ the effective track over the
+//! geometric one, and x_cg the centre of mass ahead of the middle of the axles.
 //!
 //! # Reference
 //! J. L. Martínez, A. Mandow, J. Morales, S. Pedraza, A. García-Cerezo, Int. J. Robotics Research 24(10):867-878, 2005;
@@ -42,7 +42,7 @@ use crate::setup::Setup;
 use crate::soil_space::SoilSpace;
 
 pub use effects::{SkidSteerCentres, SkidSteerDrag};
-pub(crate) use form::{MotionError, OF_YAW};
+pub(crate) use form::MotionError;
 pub use ground::UniformSlip;
 pub use predict::KinematicPredictor;
 

@@ -9,12 +9,14 @@
 //! and 1 on the spot, V their mean without sign, V0 = .5 m/s, and h_k the hat over the k-th of eight turnings. Straight on v has its
 //! slip, and nothing of these.
 
+use std::ops::Range;
+
 use terra_model::{Effect, Param, Scalar, Scale, Touch};
 
 /// Turnings at which the error is anchored.
 const AT: [f64; 8] = [0.0, 0.05, 0.12, 0.25, 0.4, 0.6, 0.8, 1.0];
 /// Coefficients of the yaw rate; the rest are the ground speed's.
-pub(crate) const OF_YAW: usize = AT.len() + 4;
+const OF_YAW: usize = AT.len() + 4;
 /// Speed at which speed adds nothing \[m/s\].
 const USUAL: f64 = 0.5;
 /// Speed below which there is no slower \[m/s\].
@@ -42,6 +44,14 @@ const CHANGE: f64 = 0.2;
 /// The error of an ideal drive's motion.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct MotionError;
+
+impl MotionError {
+    /// What it is off in, and which coefficients say by how much.
+    pub(crate) const PARTS: &'static [(&'static str, Range<usize>)] = &[
+        ("ln yaw rate", 0..OF_YAW),
+        ("ln ground speed", OF_YAW..Self::PARAMS.len()),
+    ];
+}
 
 impl Effect for MotionError {
     const NAME: &'static str = "motion-error";
