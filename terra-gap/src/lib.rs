@@ -98,7 +98,7 @@ pub use run::{
     diagnose_rig_against, diagnose_rigs, diagnose_rigs_against, diagnose_windows,
 };
 pub use settings::{LogKind, Settings};
-pub use setup::{ADEQUATE, LOOK_ALIKE, Screened};
+pub use setup::{ADEQUATE, LOOK_ALIKE, OTHER_SOIL, Screened};
 pub use soil_space::SoilSpace;
 pub use verdict::{Provenance, to_json};
 pub use watch::{

@@ -13,7 +13,7 @@ use crate::soil_space::SoilSpace;
 /// |cosine| from which two signatures cannot be told apart.
 pub const LOOK_ALIKE: f64 = 0.95;
 /// The answer that the ground is other soil than a baseline's.
-pub(crate) const OTHER_SOIL: &str = "soil-change";
+pub const OTHER_SOIL: &str = "soil-change";
 /// Whitened misfit per value up to which a fit is adequate: what null contrasts of real rigs reach.
 pub const ADEQUATE: f64 = 4.0;
 

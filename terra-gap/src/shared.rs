@@ -96,7 +96,8 @@ pub(crate) fn joined(
             }
             let effort = Effort::Certified;
             let found = fit_near(data, predictor, &with, whitener, &start, None, effort).ok()?;
-            let size = found.x.as_slice().last().map_or(0.0, |x| x.abs());
+            let own = found.x.iter().skip(here.x.len());
+            let size = own.fold(0.0, |most: f64, x| most.max(x.abs()));
             let likely =
                 size < LIKELY && !found.at_bound.iter().skip(with.soil_len()).any(|at| *at);
             let says_more = posterior(&with, &found).log_evidence > says + joins;

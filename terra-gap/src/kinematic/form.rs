@@ -13,6 +13,8 @@ use std::ops::Range;
 
 use terra_model::{Effect, Param, Scalar, Scale, Touch};
 
+use super::read::turning;
+
 /// Turnings at which the error is anchored.
 const AT: [f64; 8] = [0.0, 0.05, 0.12, 0.25, 0.4, 0.6, 0.8, 1.0];
 /// Coefficients of the yaw rate; the rest are the ground speed's.
@@ -88,13 +90,8 @@ impl Effect for MotionError {
 
 /// By what factors ground speed and yaw rate are off with these rim speeds left and right, by the error's coefficients.
 pub(super) fn factors<T: Scalar>(e: &[T], [left, right]: [f64; 2]) -> (T, T) {
-    let (both, difference) = (left.abs() + right.abs(), right - left);
-    let turning = if both > 0.0 {
-        difference.abs() / both
-    } else {
-        0.0
-    };
-    let fast = ((0.5 * both).max(SLOW) / USUAL).ln();
+    let turning = turning([left, right]).abs();
+    let fast = ((0.5 * (left.abs() + right.abs())).max(SLOW) / USUAL).ln();
     let back = if left + right < 0.0 { 1.0 } else { 0.0 };
     let anchors = hats(turning);
     let yaw = [fast, fast * turning, back, back * turning];

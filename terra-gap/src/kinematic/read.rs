@@ -236,7 +236,7 @@ impl Line {
 }
 
 /// How sharply the wheels of these sides' rim speeds turn: 0 straight on, 1 and -1 on the spot.
-fn turning([left, right]: [f64; 2]) -> f64 {
+pub(super) fn turning([left, right]: [f64; 2]) -> f64 {
     (right - left) / (left.abs() + right.abs()).max(SPEED_GATE)
 }
 

@@ -12,7 +12,7 @@ mod waterfall;
 
 use std::sync::Arc;
 
-use terra_gap::{Cause, CauseKind, Diagnosis};
+use terra_gap::{Cause, CauseKind, Diagnosis, OTHER_SOIL};
 use terra_model::{AnyEffect, Registry};
 
 use super::block::Section;
@@ -57,14 +57,11 @@ fn effect(d: &Diagnosis, name: &str) -> Option<Arc<dyn AnyEffect>> {
         .or_else(|| Registry::builtin().effect(name).ok())
 }
 
-/// Other terrain parameters than a baseline's, as a cause.
-const SOIL_CHANGE: &str = "soil-change";
-
 /// What a cause is, in words.
 fn summary(d: &Diagnosis, cause: &Cause) -> String {
     let effects = cause.weighed.hypothesis.effects();
     match cause.kind {
-        CauseKind::Structure if cause.name == SOIL_CHANGE => {
+        CauseKind::Structure if cause.name == OTHER_SOIL => {
             "another soil than the simulator's".to_owned()
         }
         CauseKind::Structure => format!(
